@@ -1,0 +1,592 @@
+// Calls: which callable of a name is meant, what argument goes to which parameter, and the type of the result.
+//
+// The steps, in order: the arguments in the parentheses get their types; among several of a name the first that takes
+// them (by names and types) is chosen; they are bound; then the block is read, its entries as named arguments, its
+// values as the last list argument; then what is missing is reported, and the result follows. What a message says of
+// a parameter is made up only when there is a message.
+#include <assert.h>
+#include <string.h>
+
+#include "compiler/checker.h"
+
+typedef struct Argument {
+    Node *node; // the expression
+    Name name;  // NULL: positional
+    Span span;  // of the name, or of the expression
+    Type type;
+} Argument;
+
+enum { FEW = 12 }; // arguments that find room on the stack
+
+typedef struct Calling {
+    Checker *c;
+    Node *node;
+    Argument *arguments;
+    uint32_t count, positional;
+    const Callable *callee;
+    Call *call;
+    Type common; // of the arguments whose types decide the result
+    bool bad;    // something was reported
+} Calling;
+
+// --- which parameter
+
+static int list_parameter(const Callable *callee, bool last)
+{
+    int found = -1;
+    for (uint32_t i = 0; i < callee->count; i++) {
+        if (!callee->parameters[i].type.list) continue;
+        found = (int)i;
+        if (!last) break;
+    }
+    return found;
+}
+
+// The parameter of the argument at a position, or -1. The first list parameter takes all that remain.
+static int parameter_at(const Callable *callee, uint32_t position)
+{
+    int list = list_parameter(callee, false);
+    if (list >= 0 && position >= (uint32_t)list) return list;
+    return position < callee->count ? (int)position : -1;
+}
+
+static int parameter_named(const Callable *callee, Name name)
+{
+    for (uint32_t i = 0; i < callee->count; i++) {
+        if (callee->parameters[i].name == name) return (int)i;
+    }
+    return -1;
+}
+
+static bool parameter_takes(const Parameter *p, Type have)
+{
+    Type want = p->type;
+    if (type_bad(have)) return true;
+    if (want.list && have.list < want.list) want = type_element(want); // one element of a loose list
+    if (want.list != have.list) return type_converts(have, want);
+    switch (p->generic) {
+    case GENERIC_NONE: return type_converts(have, want);
+    case GENERIC_NUMBER: return have.kind == TYPE_INT || have.kind == TYPE_NUMBER || have.kind == TYPE_ANY;
+    case GENERIC_RANGE: return have.kind == TYPE_RANGE;
+    case GENERIC_VECTOR: return have.kind == TYPE_VEC2 || have.kind == TYPE_VEC3;
+    case GENERIC_NUMERIC: return type_is_numeric(have);
+    default: return have.kind == TYPE_QUADRIC || have.kind == TYPE_OBJECT || have.kind == TYPE_PERTURBATION;
+    }
+}
+
+// --- which callable
+
+// How well a callable suits: the number of arguments and entries that it takes, or -1 if it takes all of them and
+// nothing is missing.
+static int suits(const Calling *k, const Callable *callee)
+{
+    uint64_t given = 0; // of the first 64 parameters; more has only what users define, and that is alone under its name
+    int taken = 0;
+    bool all = true;
+    for (uint32_t i = 0; i < k->count; i++) {
+        const Argument *a = &k->arguments[i];
+        int at = a->name ? parameter_named(callee, a->name) : parameter_at(callee, i);
+        bool takes = at >= 0 && parameter_takes(&callee->parameters[at], a->type);
+        if (at >= 0 && at < 64) given |= UINT64_C(1) << at;
+        bool near = at >= 0 && (a->name || (type_is_vector(a->type) && type_is_vector(callee->parameters[at].type)));
+        taken += takes ? 2 : near;
+        all &= takes;
+    }
+    bool values = false;
+    for (const Node *item = k->node->c && k->node->c->kind == NODE_BLOCK ? k->node->c->a : NULL; item;
+         item = item->next) {
+        if (item->kind == NODE_VALUE || item->kind == NODE_FOR) values = true;
+        if (item->kind != NODE_ENTRY || item->a->kind != NODE_NAME) continue;
+        int at = parameter_named(callee, item->a->name);
+        if (at >= 0 && at < 64) given |= UINT64_C(1) << at;
+        taken += at >= 0 ? 2 : 0;
+        all &= at >= 0;
+    }
+    int list = list_parameter(callee, true);
+    if (values && list >= 0) given |= UINT64_C(1) << list;
+    for (uint32_t i = 0; i < callee->count && i < 64; i++) {
+        const Parameter *p = &callee->parameters[i];
+        bool needed = !p->optional && !p->default_text && !(p->node && p->node->b) && !p->type.list;
+        if (needed && !(given >> i & 1)) all = false;
+    }
+    return all ? -1 : taken;
+}
+
+static const Callable *choose(const Calling *k, const Callable *first)
+{
+    if (!first->overload) return first;
+    const Callable *best = first;
+    int most = -1;
+    for (const Callable *callee = first; callee; callee = callee->overload) {
+        int taken = suits(k, callee);
+        if (taken < 0) return callee;
+        if (taken > most) {
+            most = taken;
+            best = callee;
+        }
+    }
+    return best;
+}
+
+// --- types of arguments
+
+static const char *parameter_phrase(Calling *k, const Parameter *p)
+{
+    return arena_printf(&k->c->scratch, "%s of %s", p->name, k->callee->name);
+}
+
+static void report_generic(Calling *k, const Parameter *p, const Node *node, Type have)
+{
+    static const char *const wants[] = {
+        [GENERIC_NUMBER] = "a number",
+        [GENERIC_RANGE] = "a range",
+        [GENERIC_VECTOR] = "a vector",
+        [GENERIC_NUMERIC] = "a number, a vector or a color",
+        [GENERIC_MOVABLE] = "an object, a quadric or a perturbation",
+    };
+    k->bad = true;
+    const char *phrase = type_phrase(&k->c->unit->arena, have);
+    if (p->generic == GENERIC_MOVABLE && type_is_numeric(have)) {
+        diag(k->c->unit, node->span, DIAG_NOT_YET,
+             "to move patterns of x, y and z, as this %s, is not there yet in this version of scn",
+             type_text(&k->c->unit->arena, have));
+        return;
+    }
+    diag(k->c->unit, node->span, DIAG_TYPE_MISMATCH, "%s is %s, and this is %s", parameter_phrase(k, p),
+         wants[p->generic], phrase);
+}
+
+// Joins the type of an argument into what the call's arguments have in common.
+static void join_common(Calling *k, const Parameter *p, const Node *node, Type have)
+{
+    if (have.list) have = type_element(have);
+    if (p->generic == GENERIC_RANGE) have.kind = have.whole ? TYPE_INT : TYPE_NUMBER;
+    if (have.kind == TYPE_ANY) return;
+    Type joined;
+    if (k->common.kind == TYPE_ANY) {
+        k->common = have;
+    } else if (p->generic == GENERIC_VECTOR) { // dimensions are the function's affair
+        if (k->common.kind == have.kind) return;
+        k->bad = true;
+        diag(k->c->unit, node->span, DIAG_VECTOR_SIZE, "%s wants vectors of one size: this has %d numbers",
+             k->callee->name, have.kind == TYPE_VEC2 ? 2 : 3);
+    } else if (type_join(k->common, have, &joined)) {
+        k->common = joined;
+    } else {
+        k->bad = true;
+        expect(k->c, node, have, k->common, parameter_phrase(k, p));
+    }
+}
+
+static void check_argument(Calling *k, int at, Node *node, Type have)
+{
+    const Parameter *p = &k->callee->parameters[at];
+    if (type_bad(have)) {
+        k->bad = true;
+        return;
+    }
+    if (!parameter_takes(p, have)) {
+        k->bad = true;
+        Type want = p->type;
+        if (want.list && !have.list) want = type_element(want);
+        if (p->generic)
+            report_generic(k, p, node, have);
+        else
+            expect(k->c, node, have, want, parameter_phrase(k, p));
+    } else if (p->generic) {
+        join_common(k, p, node, have);
+    } else if (type_is(have, TYPE_PATCH) && p->type.list && k->callee->id != BUILTIN_SCENE &&
+               k->callee->id != BUILTIN_OBJECT) {
+        k->bad = true;
+        diag(k->c->unit, node->span, DIAG_PATCH_SHEET,
+             "a patch is a sheet without an inside: thicken it, or make it solid, first");
+    }
+}
+
+// A choice that is written as a plain string can be checked at once.
+static void check_choice(Calling *k, const Parameter *p, const Node *node)
+{
+    if (!p->choices || node->kind != NODE_STRING || !node->a || node->a->kind != NODE_TEXT || node->a->next) return;
+    const char *text = node->a->text, *all = NULL;
+    int count = 0;
+    for (; p->choices[count]; count++) {
+        if (!strcmp(p->choices[count], text)) return;
+        all = all ? arena_printf(&k->c->scratch, "%s, \"%s\"", all, p->choices[count])
+                  : arena_printf(&k->c->scratch, "\"%s\"", p->choices[count]);
+    }
+    k->bad = true;
+    const char *near = nearest_name(text, p->choices, count);
+    Diag *d = diag(k->c->unit, node->span, DIAG_UNKNOWN_CHOICE, "%s is one of %s", parameter_phrase(k, p), all);
+    if (near) diag_fix(k->c->unit, d, node->span, FIX_LIKELY, "\"%s\"", near);
+}
+
+// --- binding
+
+static void report_unknown(Calling *k, Name name, Span span, const Callable *first)
+{
+    enum { MOST = 64 };
+    const char *known[MOST] = {0};
+    int count = 0;
+    const char *all = NULL;
+    for (const Callable *callee = first; callee; callee = callee->overload) {
+        for (uint32_t i = 0; i < callee->count && count < MOST; i++) {
+            bool seen = false;
+            for (int j = 0; j < count; j++) seen |= known[j] == callee->parameters[i].name;
+            if (seen) continue;
+            known[count++] = callee->parameters[i].name;
+            all = all ? arena_printf(&k->c->scratch, "%s, %s", all, known[count - 1]) : known[count - 1];
+        }
+    }
+    k->bad = true;
+    const char *near = nearest_name(name, known, count);
+    if (near) {
+        Diag *d =
+            diag(k->c->unit, span, DIAG_UNKNOWN_ARGUMENT, "%s has no %s: do you mean %s?", first->name, name, near);
+        diag_fix(k->c->unit, d, span, FIX_LIKELY, "%s", near);
+    } else if (all) {
+        diag(k->c->unit, span, DIAG_UNKNOWN_ARGUMENT, "%s has no %s: it has %s", first->name, name, all);
+    } else {
+        diag(k->c->unit, span, DIAG_UNKNOWN_ARGUMENT, "%s has no arguments", first->name);
+    }
+}
+
+static bool bind_one(Calling *k, int at, Node *node, Span span, bool entry)
+{
+    const Parameter *p = &k->callee->parameters[at];
+    Bound *bound = &k->call->bound[at];
+    if (bound->how != BOUND_DEFAULT) {
+        k->bad = true;
+        diag(k->c->unit, span, DIAG_DUPLICATE_ARGUMENT, "%s of %s is already given", p->name, k->callee->name);
+        return false;
+    }
+    *bound = (Bound){.how = BOUND_ONE, .entry = entry, .node = node};
+    if (p->later) {
+        k->bad = true;
+        diag(k->c->unit, span, DIAG_NOT_YET, "%s of %s is not there yet in this version of scn", p->name,
+             k->callee->name);
+        return false;
+    }
+    check_choice(k, p, node);
+    return true;
+}
+
+static void bind_loose(Calling *k, int at, uint32_t position)
+{
+    uint32_t count = k->positional - position;
+    if (count == 1 && k->arguments[position].type.list >= k->callee->parameters[at].type.list) { // the list itself
+        if (bind_one(k, at, k->arguments[position].node, k->arguments[position].span, false)) {
+            check_argument(k, at, k->arguments[position].node, k->arguments[position].type);
+        }
+        return;
+    }
+    Node **items = arena_array(&k->c->unit->arena, Node *, count);
+    for (uint32_t i = 0; i < count; i++) {
+        const Argument *a = &k->arguments[position + i];
+        items[i] = a->node;
+        check_argument(k, at, a->node, a->type);
+    }
+    k->call->bound[at] = (Bound){.how = BOUND_LOOSE, .count = count, .items = items};
+}
+
+static void bind_positional(Calling *k)
+{
+    for (uint32_t i = 0; i < k->positional; i++) {
+        const Argument *a = &k->arguments[i];
+        int at = parameter_at(k->callee, i);
+        if (at < 0) {
+            k->bad = true;
+            uint32_t count = k->callee->count;
+            diag(k->c->unit, a->span, DIAG_TOO_MANY_ARGUMENTS, "%s takes %u argument%s%s", k->callee->name, count,
+                 count == 1 ? "" : "s", k->node->a ? ", that before the dot included" : "");
+            return;
+        }
+        if (k->callee->parameters[at].type.list) {
+            bind_loose(k, at, i);
+            return;
+        }
+        if (bind_one(k, at, a->node, a->span, false)) check_argument(k, at, a->node, a->type);
+    }
+}
+
+static void bind_named(Calling *k, const Callable *first)
+{
+    for (uint32_t i = k->positional; i < k->count; i++) {
+        const Argument *a = &k->arguments[i];
+        int at = parameter_named(k->callee, a->name);
+        if (at < 0)
+            report_unknown(k, a->name, a->span, first);
+        else if (bind_one(k, at, a->node, a->span, false))
+            check_argument(k, at, a->node, a->type);
+    }
+}
+
+// --- the block
+
+static void bind_entry(Calling *k, Node *item, const Callable *first)
+{
+    k->call->has_entries = true;
+    if (item->a->kind != NODE_NAME) {
+        k->bad = true;
+        diag(k->c->unit, item->a->span, DIAG_UNKNOWN_ARGUMENT, "in the block of %s each key is the name of an argument",
+             k->callee->name);
+        check_expr(k->c, item->b);
+        return;
+    }
+    if (item->name) {
+        k->bad = true;
+        diag(k->c->unit, item->name_span, DIAG_MISPLACED,
+             "an easing stands in keys only: end the entry with ; before %s", item->name);
+    }
+    Type have = check_expr(k->c, item->b);
+    int at = parameter_named(k->callee, item->a->name);
+    if (at < 0)
+        report_unknown(k, item->a->name, item->a->span, first);
+    else if (bind_one(k, at, item->b, item->a->span, true))
+        check_argument(k, at, item->b, have);
+}
+
+static bool has_values(const Node *block)
+{
+    for (const Node *item = block->a; item; item = item->next) {
+        if (item->kind == NODE_VALUE || item->kind == NODE_FOR) return true;
+    }
+    return false;
+}
+
+static void bind_block(Calling *k, const Callable *first)
+{
+    Node *block = k->node->c;
+    if (!block) return;
+    if (block->kind != NODE_BLOCK) {
+        k->bad = true;
+        return;
+    }
+    int at = list_parameter(k->callee, true);
+    Values values = {.many = true, .what = k->callee->name};
+    if (at >= 0) {
+        const Parameter *p = &k->callee->parameters[at];
+        values.known = p->generic == GENERIC_NONE && p->type.kind != TYPE_ANY;
+        values.want = type_element(p->type);
+        values.sheets =
+            k->callee->kind == CALLABLE_BUILTIN && (k->callee->id == BUILTIN_SCENE || k->callee->id == BUILTIN_OBJECT);
+    }
+    BlockScope scope;
+    uint32_t mark = names_open(k->c, &scope, block->a);
+    for (Node *item = block->a; item; item = item->next) {
+        if (item->kind == NODE_ENTRY)
+            bind_entry(k, item, first);
+        else
+            check_item(k->c, item, &values);
+    }
+    names_close(k->c, mark);
+    k->call->block = block;
+    if (!has_values(block)) {
+        // An empty block still gives a list: `union { }` is the empty set.
+        if (at >= 0 && k->call->bound[at].how == BOUND_DEFAULT)
+            k->call->bound[at] = (Bound){.how = BOUND_BLOCK, .node = block};
+    } else if (at < 0) {
+        k->bad = true;
+        diag(k->c->unit, block->span, DIAG_TOO_MANY_ARGUMENTS, "%s takes no values in its block, only name: value;",
+             k->callee->name);
+    } else if (k->call->bound[at].how != BOUND_DEFAULT) {
+        k->bad = true;
+        diag(k->c->unit, block->span, DIAG_DUPLICATE_ARGUMENT,
+             "%s of %s is already given: put all of it into the block, or none", k->callee->parameters[at].name,
+             k->callee->name);
+    } else {
+        k->call->bound[at] = (Bound){.how = BOUND_BLOCK, .node = block};
+        if (!values.known) join_common(k, &k->callee->parameters[at], block, values.joined);
+    }
+}
+
+// The cases of keys and match: their keys and values are looked at, their easings are not.
+static void check_cases(Checker *c, Node *block)
+{
+    if (!block || block->kind != NODE_BLOCK) return;
+    BlockScope scope;
+    uint32_t mark = names_open(c, &scope, block->a);
+    Values values = {.many = true, .what = "a block of cases"};
+    for (Node *item = block->a; item; item = item->next) {
+        if (item->kind != NODE_ENTRY) {
+            check_item(c, item, &values);
+            continue;
+        }
+        bool rest = item->a->kind == NODE_NAME && !strcmp(item->a->name, "default");
+        if (!rest) check_expr(c, item->a);
+        check_expr(c, item->b);
+    }
+    names_close(c, mark);
+}
+
+// --- what is missing, and rules of single built-ins
+
+static void check_missing(Calling *k)
+{
+    const char *all = NULL;
+    for (uint32_t i = 0; i < k->callee->count; i++) {
+        const Parameter *p = &k->callee->parameters[i];
+        if (k->call->bound[i].how != BOUND_DEFAULT || p->optional || p->default_text || (p->node && p->node->b))
+            continue;
+        all = all ? arena_printf(&k->c->scratch, "%s, %s", all, p->name) : p->name;
+    }
+    if (!all) return;
+    k->bad = true;
+    diag(k->c->unit, k->node->name_span, DIAG_MISSING_ARGUMENT, "%s needs %s", k->callee->name, all);
+}
+
+static bool given(const Calling *k, const char *name)
+{
+    for (uint32_t i = 0; i < k->callee->count; i++) {
+        if (!strcmp(k->callee->parameters[i].name, name)) return k->call->bound[i].how != BOUND_DEFAULT;
+    }
+    return false;
+}
+
+static void check_rules(Calling *k)
+{
+    Unit *unit = k->c->unit;
+    Span span = k->node->name_span;
+    switch (k->callee->id) {
+    case BUILTIN_PERTURB:
+        if (given(k, "strength") + given(k, "height") + given(k, "depth") > 1) {
+            diag(unit, span, DIAG_DUPLICATE_ARGUMENT,
+                 "strength, height and depth say the same thing: give one of them");
+        }
+        break;
+    case BUILTIN_LIGHT:
+        if (!given(k, "direction") && !given(k, "at")) {
+            diag(unit, span, DIAG_MISSING_ARGUMENT,
+                 "light needs direction (the way the light travels) or at (a point light)");
+        } else if (given(k, "direction") && given(k, "at")) {
+            diag(unit, span, DIAG_NOT_YET,
+                 "a light with both direction and at, a spot, is not there yet in this version of scn");
+        }
+        break;
+    case BUILTIN_SCENE:
+        if (k->c->body->symbol || k->c->body->block) {
+            diag(unit, span, DIAG_MISPLACED,
+                 "scene { … } stands in the file, and nothing is made of it: say union or object here");
+        }
+        break;
+    default: break;
+    }
+}
+
+// --- results
+
+static Type result_of(const Calling *k)
+{
+    Type common = k->common, result = k->callee->result;
+    if (k->callee->kind != CALLABLE_BUILTIN) return result;
+    if (k->bad) return k->callee->result_same || result.kind == TYPE_ANY ? poison() : result;
+    switch (k->callee->id) {
+    case BUILTIN_SQRT: {
+        if (common.angle % 2 || common.time % 2) {
+            diag(k->c->unit, k->node->span, DIAG_UNIT_MISMATCH,
+                 "the square root of %s has no unit: divide by the unit first",
+                 type_phrase(&k->c->unit->arena, common));
+            return poison();
+        }
+        return type_number(common.angle / 2, common.time / 2);
+    }
+    case BUILTIN_LENGTH:
+    case BUILTIN_DISTANCE: return type_number(common.angle, common.time);
+    case BUILTIN_NORMALIZE: return type_of((TypeKind)common.kind);
+    case BUILTIN_DOT:
+    case BUILTIN_CROSS: {
+        Type a = k->arguments[0].type, b = k->count > 1 ? k->arguments[1].type : a;
+        Type product = type_number(a.angle + b.angle, a.time + b.time);
+        if (k->callee->id == BUILTIN_CROSS) product.kind = TYPE_VEC3;
+        return product;
+    }
+    case BUILTIN_STEPS: return type_list(type_number(common.angle, common.time));
+    case BUILTIN_MIX:
+        if (common.kind == TYPE_INT) common.kind = TYPE_NUMBER;
+        return common;
+    default: break;
+    }
+    if (!k->callee->result_same) return result.kind == TYPE_ANY ? poison() : result;
+    if (common.kind == TYPE_ANY) return poison();
+    common.zero = common.whole = false;
+    return common;
+}
+
+// --- all of it
+
+static void collect(Calling *k, Type receiver)
+{
+    uint32_t most = k->node->a ? 1 : 0;
+    for (const Node *a = k->node->b; a; a = a->next) most++;
+    if (most > FEW) k->arguments = arena_array(&k->c->scratch, Argument, most);
+    if (k->node->a) k->arguments[k->count++] = (Argument){k->node->a, NULL, k->node->a->span, receiver};
+    k->positional = k->count;
+    for (Node *a = k->node->b; a; a = a->next) {
+        bool named = a->kind == NODE_ARGUMENT;
+        Type type = check_expr(k->c, named ? a->a : a);
+        if (named) {
+            k->arguments[k->count++] = (Argument){a->a, a->name, a->name_span, type};
+        } else if (k->positional < k->count) {
+            k->bad = true;
+            diag(k->c->unit, a->span, DIAG_POSITIONAL_AFTER_NAMED,
+                 "arguments without a name come first: name this one, or move it forward");
+        } else {
+            k->arguments[k->count++] = (Argument){a, NULL, a->span, type};
+            k->positional++;
+        }
+    }
+}
+
+static void check_block_of_wrong_call(Checker *c, Node *block)
+{
+    Values values = {.many = true, .what = "this call"};
+    if (!block || block->kind != NODE_BLOCK) return;
+    BlockScope scope;
+    uint32_t mark = names_open(c, &scope, block->a);
+    for (Node *item = block->a; item; item = item->next) {
+        if (item->kind == NODE_ENTRY)
+            check_expr(c, item->b);
+        else if (item->kind == NODE_VALUE)
+            check_expr(c, item->a);
+        else
+            check_item(c, item, &values);
+    }
+    names_close(c, mark);
+}
+
+Type check_call(Checker *c, Node *node, Type receiver)
+{
+    Argument few[FEW];
+    Calling k = {.c = c, .node = node, .arguments = few, .common = type_of(TYPE_ANY)};
+    Symbol *symbol = names_use(c, node->name, node->name_span, true);
+    collect(&k, receiver);
+    if (symbol->kind != SYMBOL_CALLABLE) {
+        if (symbol->kind != SYMBOL_ERROR) {
+            if (symbol->global) check_symbol(c, symbol);
+            Diag *d = diag(c->unit, node->name_span, DIAG_TYPE_MISMATCH, "%s is %s here and cannot be called",
+                           node->name, type_phrase(&c->unit->arena, symbol->type));
+            if (symbol->span.end) diag_label(c->unit, d, symbol->span, "defined here");
+        }
+        check_block_of_wrong_call(c, node->c);
+        return poison();
+    }
+    k.callee = choose(&k, symbol->callable);
+    if (symbol->global || k.callee->prelude) check_symbol(c, symbol);
+    bool built_in = k.callee->kind == CALLABLE_BUILTIN;
+    bool cases = built_in && (k.callee->id == BUILTIN_KEYS || k.callee->id == BUILTIN_MATCH);
+    k.call = arena_alloc(&c->unit->tree_arena, sizeof(Call) + k.callee->count * sizeof(Bound));
+    k.call->callee = k.callee;
+    bind_positional(&k);
+    bind_named(&k, symbol->callable);
+    if (cases)
+        check_cases(c, node->c);
+    else
+        bind_block(&k, symbol->callable);
+    if (!k.bad) check_missing(&k);
+    if (!k.bad && built_in) check_rules(&k);
+    node->note = k.call;
+    k.call->result = result_of(&k);
+    if (built_in && builtins[k.callee->id].since == SINCE_LATER) {
+        diag(c->unit, node->name_span, DIAG_NOT_YET, "%s is not there yet in this version of scn", node->name);
+    }
+    return k.call->result;
+}

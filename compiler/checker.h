@@ -1,0 +1,109 @@
+// What the parts of the checker share (check.h is the entry; nothing else includes this).
+//
+//   check.c         files, definitions, functions, the order in which they are checked
+//   check_names.c   scopes: binding and finding names
+//   check_block.c   blocks and their items
+//   check_expr.c    expressions but calls, conversions and their messages
+//   check_call.c    calls: which of several of a name, what argument goes to which parameter, the type of the result
+#ifndef SCN_COMPILER_CHECKER_H
+#define SCN_COMPILER_CHECKER_H
+
+#include "compiler/program.h"
+#include "lang/ast.h"
+#include "lang/unit.h"
+
+typedef struct NameEntry { // what a name means, by level
+    Name name;
+    Symbol *local;  // innermost first, linked by `outer`
+    Symbol *global; // of the file
+    Symbol *builtin;
+} NameEntry;
+
+typedef struct BlockScope { // the blocks around, for used-early
+    const Node *items;
+    uint32_t around; // scope of the block around
+    struct BlockScope *outer;
+} BlockScope;
+
+// What is being checked: a definition of a file or the body of a function. Checking another in between saves and
+// restores it.
+typedef struct Body {
+    uint32_t id;    // names of other bodies are not seen
+    uint32_t scope; // of the innermost block
+    uint32_t slots; // of its frame, so far
+    BlockScope *block;
+    Symbol *symbol;  // the definition, or NULL for an item that defines nothing
+    int conditional; // depth of branches that may not be evaluated
+    bool prelude;
+    struct Body *outer;
+} Body;
+
+typedef struct Checker {
+    Unit *unit;
+    Program *program;
+    Arena scratch;
+    NameEntry *entries; // open addressing, by pointer
+    uint32_t count, capacity;
+    Symbol **locals; // bound names, innermost last
+    uint32_t local_count, local_capacity;
+    uint32_t body_count, scope_count;
+    Body *body;
+    const char *stack; // where checking began
+    Name builtin_names[BUILTIN_END];
+    const Node *early[8]; // definitions that were used before they stand, and reported: they are not unused
+    int early_count;
+    int suggestions; // made so far: each costs a look at every name
+} Checker;
+
+// --- check_names.c
+
+void names_builtin(Checker *c); // binds the table of built-ins
+Symbol *names_global(Checker *c, SymbolKind kind, Name name, Span span, const Node *node); // reports redefined, shadow
+Symbol *names_prelude(Checker *c, Name name); // where a tag of the prelude is bound; its overloads are chained
+Symbol *names_local(Checker *c, SymbolKind kind, Name name, Span span, const Node *node, Type type);
+Symbol *names_find(Checker *c, Name name);                        // NULL if it means nothing here
+Symbol *names_use(Checker *c, Name name, Span span, bool called); // reports unknown-name and used-early; never NULL
+uint32_t names_open(Checker *c, BlockScope *scope, const Node *items); // gives what names_close wants
+void names_close(Checker *c, uint32_t mark);
+
+// --- check.c
+
+void check_symbol(Checker *c, Symbol *symbol); // makes its type known
+void body_enter(Checker *c, Body *body, Symbol *symbol, bool prelude);
+void body_leave(Checker *c);
+void need(Checker *c, Symbol *symbol);         // the current definition evaluates this one for certain
+Type check_type(Checker *c, const Node *node); // a NODE_TYPE
+
+// --- check_block.c
+
+// How a block is read: as any number of values or as exactly one.
+typedef struct Values {
+    bool many;
+    bool known;       // `want` says what they are to be; otherwise they are joined
+    bool sheets;      // patches are taken, though `want` is object
+    bool file;        // whatever may stand in a file: objects, lights, cameras …
+    Type want;        // of each
+    Type joined;      // what they are, if not known
+    int count;        // values written, an `if` counts as one
+    const char *what; // "union", "the tool nip": who wants them, for messages
+} Values;
+
+Type check_block(Checker *c, Node *block, Values *values); // the joined type, or what was wanted
+void check_item(Checker *c, Node *item, Values *values);   // in the scope that is open
+Type check_if(Checker *c, Node *node, Values *values);     // as an item if values->many, else as a value
+void check_for(Checker *c, Node *node, Values *values);
+void check_value(Checker *c, Node *node, Type have, Values *values);
+Type check_definition(Checker *c, Node *node, Node **value); // of either: the type, and the expression it stands for
+
+// --- check_expr.c
+
+Type check_expr(Checker *c, Node *node);
+Type check_as(Checker *c, Node *node, Type want, const char *what); // want, or poisoned after a report
+bool expect(Checker *c, const Node *node, Type have, Type want, const char *what);
+Type poison(void);
+
+// --- check_call.c
+
+Type check_call(Checker *c, Node *node, Type receiver);
+
+#endif

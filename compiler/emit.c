@@ -1,0 +1,463 @@
+// Semantics. A ray meets a set operation by marching half-open intervals. For every node of a shape's tree
+//
+//     enter(t) = the smallest t' >= t that is inside,    leave(t) = the smallest t' >= t that is not
+//
+//     union          enter: the least of the children's enter    leave: go on while some child is inside, until all agree
+//     intersection   enter: go on while some child is outside    leave: the least of the children's leave
+//
+// So one recursion writes both functions: `least` where the set and the direction are of one kind, `agree` else. Quadrics answer from their two
+// roots; free forms and groups keep the stretch they found last, so asking again gives the same number and the marching ends. The leaf that
+// decides is the one whose boundary is where the marching ended; of several the lowest rank.
+#include "compiler/emit.h"
+
+#include <assert.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "kernel_source.h"
+
+typedef struct Emitter {
+    FILE *out;
+    const Plan *plan;
+    const PlanShape *shape; // that is being written
+    bool leave;             // its leave function, not enter
+    uint32_t next;          // node of the shape
+    uint32_t serial;        // of the variables of the function
+    int depth;              // of blocks
+} Emitter;
+
+static void line(Emitter *e, const char *format, ...) __attribute__((format(printf, 2, 3)));
+
+static void line(Emitter *e, const char *format, ...)
+{
+    va_list args;
+    va_start(args, format);
+    for (int k = 0; k < e->depth; k++) fputs("    ", e->out);
+    vfprintf(e->out, format, args);
+    fputc('\n', e->out);
+    va_end(args);
+}
+
+static const char *direction(const Emitter *e)
+{
+    return e->leave ? "leave" : "enter";
+}
+
+static bool is_leaf(const PlanShapeNode *node)
+{
+    return node->kind == SHAPE_QUADRIC || node->kind == SHAPE_FREEFORM || node->kind == SHAPE_GROUP;
+}
+
+// Whether components of the shape bring items of their own into lists.
+static bool has_contents(const PlanShape *shape)
+{
+    for (uint32_t k = 0; k < shape->node_count; k++)
+        if (shape->nodes[k].kind == SHAPE_FREEFORM || shape->nodes[k].kind == SHAPE_GROUP) return true;
+    return false;
+}
+
+static bool plan_has(const Plan *plan, ShapeNodeKind kind)
+{
+    for (uint32_t k = 0; k < plan->shape_count; k++)
+        for (uint32_t n = 0; n < plan->shapes[k].node_count; n++)
+            if (plan->shapes[k].nodes[n].kind == kind) return true;
+    return false;
+}
+
+// The tree in words: "intersect(quadric, union(quadric, free form))".
+static void describe(Emitter *e)
+{
+    const PlanShapeNode *node = &e->shape->nodes[e->next++];
+    switch ((ShapeNodeKind)node->kind) {
+    case SHAPE_QUADRIC: fputs("quadric", e->out); return;
+    case SHAPE_FREEFORM: fputs("free form", e->out); return;
+    case SHAPE_GROUP: fprintf(e->out, "group %u", node->count); return;
+    case SHAPE_UNION: fputs("union(", e->out); break;
+    case SHAPE_INTERSECT: fputs("intersect(", e->out); break;
+    }
+    for (uint32_t k = 0; k < node->count; k++) {
+        if (k) fputs(", ", e->out);
+        describe(e);
+    }
+    fputc(')', e->out);
+}
+
+// Variables that hold what is known of each leaf: its number, its contents in the list, its roots or stretch.
+static void emit_leaves(Emitter *e)
+{
+    const PlanShapeNode *last = NULL;
+    bool many = e->shape->leaf_count > 1, before = false;
+    for (uint32_t k = 0; k < e->shape->node_count; k++) {
+        const PlanShapeNode *node = &e->shape->nodes[k];
+        if (!is_leaf(node)) continue;
+        uint32_t n = node->leaf;
+        if (!last) line(e, "uint leaf%u = id;", n);
+        else if (last->kind == SHAPE_QUADRIC) line(e, "uint leaf%u = leaf%u + 1u;", n, last->leaf);
+        else line(e, "uint leaf%u = ray->nodes[leaf%u].end;", n, last->leaf);
+        if (node->kind == SHAPE_QUADRIC) {
+            line(e, "uint flags%u = ray->records[leaf%u].flags;", n, n);
+            line(e, "Roots roots%u = record_roots(ray->records + leaf%u, ray->u, ray->v);", n, n);
+        } else {
+            if (before) line(e, "uint begin%u = list_until(ray, begin, stop, leaf%u);", n, n);
+            else line(e, "uint begin%u = begin;", n);
+            if (many) line(e, "uint stop%u = list_until(ray, begin%u, stop, ray->nodes[leaf%u].end);", n, n, n);
+            else line(e, "uint stop%u = stop;", n);
+            line(e, "Stretch stretch%u = {INFINITY, -INFINITY};", n);
+            if (node->kind == SHAPE_GROUP) line(e, "UINT decided%u = NO_LEAF;", n);
+            before = true;
+        }
+        last = node;
+    }
+}
+
+// Writes the statements that advance from the place `from`; returns the number of the variable that holds the result.
+static uint32_t emit_advance(Emitter *e, const char *from)
+{
+    const PlanShapeNode *node = &e->shape->nodes[e->next++];
+    uint32_t result = e->serial++;
+    uint32_t n = node->leaf;
+    const char *sign = e->leave ? "-1.0f" : "1.0f";
+    switch ((ShapeNodeKind)node->kind) {
+    case SHAPE_QUADRIC:
+        line(e, "FLOAT t%u = quadric_%s(roots%u, flags%u, %s);", result, direction(e), n, n, from);
+        return result;
+    case SHAPE_FREEFORM:
+        line(e, "FLOAT t%u = freeform_advance(ray, leaf%u, begin%u, stop%u, &stretch%u, %s, bound, %s);", result, n, n, n, n, from, sign);
+        return result;
+    case SHAPE_GROUP:
+        line(e, "FLOAT t%u = group_%u_%s_advance(ray, begin%u, stop%u, &stretch%u, &decided%u, %s, bound);", result, node->count,
+             direction(e), n, n, n, n, from);
+        return result;
+    default: break;
+    }
+    bool least = (node->kind == SHAPE_UNION) != e->leave;
+    if (least) {
+        line(e, "FLOAT t%u = INFINITY;", result);
+        for (uint32_t k = 0; k < node->count; k++) {
+            uint32_t child = emit_advance(e, from);
+            line(e, "t%u = least(t%u, t%u);", result, result, child);
+        }
+        return result;
+    }
+    line(e, "FLOAT t%u = %s;", result, from);
+    char self[16];
+    snprintf(self, sizeof self, "t%u", result);
+    line(e, "for (;;) {");
+    e->depth++;
+    line(e, "FLOAT before%u = t%u;", result, result);
+    for (uint32_t k = 0; k < node->count; k++) {
+        uint32_t child = emit_advance(e, self);
+        line(e, "t%u = t%u;", result, child);
+    }
+    line(e, "if (!ANY((t%u != before%u) & (t%u < bound))) break;", result, result, result);
+    e->depth--;
+    line(e, "}");
+    return result;
+}
+
+// The rank of the leaf at whose boundary the ray is at t: ranks rise within a component, so the last that is set is the lowest.
+static void emit_decided(Emitter *e, const char *t)
+{
+    line(e, "UINT rank = NO_LEAF;");
+    for (uint32_t k = e->shape->node_count; k-- > 0;) {
+        const PlanShapeNode *node = &e->shape->nodes[k];
+        if (!is_leaf(node)) continue;
+        uint32_t n = node->leaf;
+        if (node->kind == SHAPE_QUADRIC)
+            line(e, "rank = %s == quadric_%s(roots%u, flags%u) ? (UINT)(ray->nodes[leaf%u].rank) : rank;", t,
+                 e->leave ? "exit" : "entry", n, n, n);
+        else if (node->kind == SHAPE_FREEFORM)
+            line(e, "rank = %s == stretch%u.begin ? (UINT)(ray->nodes[leaf%u].rank) : rank;", t, n, n);
+        else line(e, "rank = %s == stretch%u.begin ? decided%u : rank;", t, n, n);
+    }
+    line(e, "*decided = rank;");
+}
+
+// Whether the function is the marching through quadrics alone: the intersection of quadrics, entered, or their union, left.
+static bool is_flat_march(const Emitter *e)
+{
+    const PlanShapeNode *root = &e->shape->nodes[0];
+    if (root->kind != (e->leave ? SHAPE_UNION : SHAPE_INTERSECT)) return false;
+    for (uint32_t k = 1; k < e->shape->node_count; k++)
+        if (e->shape->nodes[k].kind != SHAPE_QUADRIC) return false;
+    return true;
+}
+
+// The stretches of quadrics that are one between two roots meet in one stretch [near, far); those that are two, with a gap between the
+// roots, are solved only if that one is not empty, and marched through.
+static void emit_flat_march(Emitter *e)
+{
+    const char *gap = e->leave ? "!(flags%u & RECORD_OUTSIDE)" : "flags%u & RECORD_OUTSIDE";
+    const char *whole = e->leave ? "flags%u & RECORD_OUTSIDE" : "!(flags%u & RECORD_OUTSIDE)";
+    uint32_t count = e->shape->leaf_count;
+    char test[64];
+    line(e, "FLOAT far = INFINITY;");
+    for (uint32_t k = 0; k < count; k++) {
+        line(e, "uint leaf%u = id + %uu;", k, k);
+        line(e, "uint flags%u = ray->records[leaf%u].flags;", k, k);
+        line(e, "Roots roots%u;", k);
+        snprintf(test, sizeof test, whole, k);
+        line(e, "if (%s) {", test);
+        line(e, "    roots%u = record_roots(ray->records + leaf%u, ray->u, ray->v);", k, k);
+        line(e, "    t = most(t, roots%u.r0);", k);
+        line(e, "    far = least(far, roots%u.r1);", k);
+        line(e, "}");
+    }
+    line(e, "*decided = NO_LEAF;");
+    line(e, "if (!ANY((t < far) & (t < bound))) return INFINITY;");
+    for (uint32_t k = 0; k < count; k++) {
+        snprintf(test, sizeof test, gap, k);
+        line(e, "if (%s) roots%u = record_roots(ray->records + leaf%u, ray->u, ray->v);", test, k, k);
+    }
+    line(e, "for (;;) {");
+    e->depth++;
+    line(e, "FLOAT before = t;");
+    for (uint32_t k = 0; k < count; k++) {
+        snprintf(test, sizeof test, gap, k);
+        line(e, "if (%s) t = roots_beyond(roots%u, t);", test, k);
+    }
+    line(e, "if (!ANY((t != before) & (t < far) & (t < bound))) break;");
+    e->depth--;
+    line(e, "}");
+    line(e, "t = t < far ? t : (FLOAT)(INFINITY);");
+}
+
+static void emit_shape_function(Emitter *e, uint32_t index, bool leave)
+{
+    e->shape = &e->plan->shapes[index];
+    e->leave = leave;
+    e->next = e->serial = 0;
+    line(e, "static FLOAT shape_%u_%s(const Ray *ray, uint id, uint begin, uint stop, FLOAT t, FLOAT bound, UINT *decided)", index,
+         direction(e));
+    line(e, "{");
+    e->depth++;
+    const PlanShapeNode *root = &e->shape->nodes[0];
+    if (e->shape->leaf_count == 1 && root->kind != SHAPE_GROUP) {
+        line(e, "*decided = ray->nodes[id].rank;");
+        if (root->kind == SHAPE_QUADRIC)
+            line(e, "return quadric_%s(record_roots(ray->records + id, ray->u, ray->v), ray->records[id].flags, t);", direction(e));
+        else if (leave) line(e, "return freeform_next(ray, id, begin, stop, t, bound, -1.0f, t != t);");
+        else line(e, "return freeform_first(ray, id, begin, stop, t, bound);");
+    } else if (is_flat_march(e)) {
+        emit_flat_march(e);
+        emit_decided(e, "t");
+        line(e, "return t;");
+    } else {
+        char t[16];
+        emit_leaves(e);
+        snprintf(t, sizeof t, "t%u", emit_advance(e, "t"));
+        emit_decided(e, t);
+        line(e, "return %s;", t);
+    }
+    e->depth--;
+    line(e, "}\n");
+}
+
+static void emit_shape(Emitter *e, uint32_t index)
+{
+    e->shape = &e->plan->shapes[index];
+    e->next = 0;
+    fprintf(e->out, "// Shape %u: ", index);
+    describe(e);
+    fputs(".\n", e->out);
+    emit_shape_function(e, index, false);
+    emit_shape_function(e, index, true);
+}
+
+// The call for one component of a list, by its shape.
+static void emit_dispatch(Emitter *e, const PlanGroupType *type, const char *from)
+{
+    if (type->shape_count == 1) {
+        line(e, "FLOAT place = shape_%u_%s(ray, id, first, at, %s, bound, &which);", type->shapes[0], direction(e), from);
+        return;
+    }
+    line(e, "FLOAT place;");
+    line(e, "switch (ray->nodes[id].shape) {");
+    for (uint32_t k = 0; k < type->shape_count; k++) {
+        if (k + 1 < type->shape_count) line(e, "case %u:", type->shapes[k]);
+        else line(e, "default:");
+        line(e, "    place = shape_%u_%s(ray, id, first, at, %s, bound, &which);", type->shapes[k], direction(e), from);
+        line(e, "    break;");
+    }
+    line(e, "}");
+}
+
+// The head of the loop over the components in ray->list[begin .. stop).
+static void emit_component_loop(Emitter *e, const PlanGroupType *type)
+{
+    bool contents = false;
+    for (uint32_t k = 0; k < type->shape_count; k++) contents |= has_contents(&e->plan->shapes[type->shapes[k]]);
+    line(e, "for (uint at = begin; at < stop;) {");
+    e->depth++;
+    line(e, "uint id = ray->list[at++];");
+    line(e, "uint first = at;");
+    if (contents) line(e, "at = list_until(ray, at, stop, ray->nodes[id].after);");
+    line(e, "UINT which;");
+}
+
+static void emit_group_function(Emitter *e, uint32_t index, bool leave)
+{
+    const PlanGroupType *type = &e->plan->group_types[index];
+    e->leave = leave;
+    line(e, "static FLOAT group_%u_%s(const Ray *ray, uint begin, uint stop, FLOAT t, FLOAT bound, UINT *decided)", index, direction(e));
+    line(e, "{");
+    e->depth++;
+    line(e, "*decided = NO_LEAF;");
+    bool least = (type->set == SET_UNION) != leave;
+    if (least) {
+        line(e, "FLOAT nearest = INFINITY;");
+        if (type->shape_count) {
+            emit_component_loop(e, type);
+            emit_dispatch(e, type, "t");
+            line(e, "*decided = ((place < nearest) | ((place == nearest) & (which < *decided))) ? which : *decided;");
+            line(e, "nearest = least(nearest, place);");
+            line(e, "if (ray->shadow) {");
+            line(e, "    bound = nearest < bound ? (FLOAT)(-INFINITY) : bound;");
+            line(e, "    if (!ANY(bound > -INFINITY)) break;");
+            line(e, "} else {");
+            line(e, "    bound = least(bound, nearest + 1e-6f * (1.0f + size_of(nearest)));");
+            line(e, "}");
+            e->depth--;
+            line(e, "}");
+        }
+        line(e, "return nearest;");
+    } else if (!type->shape_count) {
+        line(e, "return t;");
+    } else {
+        line(e, "for (;;) {");
+        e->depth++;
+        line(e, "FLOAT before = t;");
+        emit_component_loop(e, type);
+        emit_dispatch(e, type, "t");
+        line(e, "*decided = place > t ? which : *decided;");
+        line(e, "t = most(t, place);");
+        e->depth--;
+        line(e, "}");
+        line(e, "if (!ANY((t != before) & (t < bound))) return t;");
+        e->depth--;
+        line(e, "}");
+    }
+    e->depth--;
+    line(e, "}\n");
+}
+
+// For groups that are leaves: keeps the stretch found last. What is around it asks where exactly the stretch begins and ends, also where the scene
+// is only asked whether there is anything in the way. A stretch that is under way at t began before: -infinity, so no leaf decides there.
+static void emit_group_advance(Emitter *e, uint32_t index, bool leave)
+{
+    e->leave = leave;
+    const char *other = leave ? "enter" : "leave";
+    line(e, "static FLOAT group_%u_%s_advance(const Ray *ray, uint begin, uint stop, Stretch *stretch, UINT *decided, FLOAT t, FLOAT bound)",
+         index, direction(e));
+    line(e, "{");
+    e->depth++;
+    line(e, "INT stale = (t >= stretch->end) & (t < bound);");
+    line(e, "if (ANY(stale)) {");
+    e->depth++;
+    line(e, "FLOAT limit = stale ? bound : (FLOAT)(-INFINITY);");
+    line(e, "UINT which, unused;");
+    line(e, "Ray exact = *ray;");
+    line(e, "exact.shadow = 0;");
+    line(e, "FLOAT entry = group_%u_%s(&exact, begin, stop, t, limit, &which);", index, direction(e));
+    line(e, "FLOAT end = group_%u_%s(&exact, begin, stop, entry, limit, &unused);", index, other);
+    line(e, "INT met = (entry > t) | (which != NO_LEAF);");
+    line(e, "FLOAT first = met ? entry : (FLOAT)(-INFINITY);");
+    line(e, "stretch->begin = stale ? first : stretch->begin;");
+    line(e, "stretch->end = stale ? end : stretch->end;");
+    line(e, "*decided = stale ? which : *decided;");
+    e->depth--;
+    line(e, "}");
+    line(e, "return most(t, stretch->begin);");
+    e->depth--;
+    line(e, "}\n");
+}
+
+static bool group_is_leaf(const Plan *plan, uint32_t type)
+{
+    for (uint32_t k = 0; k < plan->shape_count; k++)
+        for (uint32_t n = 0; n < plan->shapes[k].node_count; n++)
+            if (plan->shapes[k].nodes[n].kind == SHAPE_GROUP && plan->shapes[k].nodes[n].count == type) return true;
+    return false;
+}
+
+// Shapes and group types refer to each other; group types are numbered bottom-up, and a shape stands before the first group type that uses it.
+static void emit_structure(Emitter *e)
+{
+    const Plan *plan = e->plan;
+    bool *written = calloc(plan->shape_count + 1, sizeof *written);
+    if (!written) abort();
+    for (uint32_t k = 0; k < plan->group_type_count; k++) {
+        const PlanGroupType *type = &plan->group_types[k];
+        for (uint32_t n = 0; n < type->shape_count; n++) {
+            if (!written[type->shapes[n]]) emit_shape(e, type->shapes[n]);
+            written[type->shapes[n]] = true;
+        }
+        fprintf(e->out, "// Group type %u: %s.\n", k, type->set == SET_UNION ? "union" : "intersection");
+        emit_group_function(e, k, false);
+        emit_group_function(e, k, true);
+        if (!group_is_leaf(plan, k)) continue;
+        emit_group_advance(e, k, false);
+        emit_group_advance(e, k, true);
+    }
+    free(written);
+
+    uint32_t top = plan->groups[0].type;
+    for (int leave = 0; leave < 2; leave++) {
+        e->leave = leave;
+        line(e, "static FLOAT scene_%s(const Ray *ray, FLOAT t, FLOAT bound, UINT *decided)", direction(e));
+        line(e, "{");
+        line(e, "    return group_%u_%s(ray, 0, ray->count, t, bound, decided);", top, direction(e));
+        line(e, "}\n");
+    }
+}
+
+static void emit_file(Emitter *e, const char *name)
+{
+    for (const kernel_source_file *file = kernel_source_files; file->name; file++) {
+        if (strcmp(file->name, name)) continue;
+        fwrite(file->text, 1, file->length, e->out);
+        fputc('\n', e->out);
+        return;
+    }
+    assert(!"the kernel file is embedded");
+}
+
+const char *emit_kernel(Arena *arena, const Plan *plan, size_t *length)
+{
+    char *text = NULL;
+    size_t size = 0;
+    Emitter e = {.out = open_memstream(&text, &size), .plan = plan};
+    if (!e.out) abort();
+    bool freeform = plan_has(plan, SHAPE_FREEFORM);
+    bool shininess = false;
+    for (uint32_t k = 0; k < plan->material_count; k++) shininess |= plan->materials[k].integer_shininess >= 0;
+
+    fputs("// Made by scn from the structure of a scene.\n", e.out);
+    if (freeform) fputs("#define HAS_FREEFORM\n", e.out);
+    if (shininess) fputs("#define INTEGER_SHININESS\n", e.out);
+    emit_file(&e, "shared.h");
+    emit_file(&e, "packet.cl");
+    emit_file(&e, "record.cl");
+    if (freeform) {
+        emit_file(&e, "roots.cl");
+        emit_file(&e, "freeform.cl");
+    }
+    emit_structure(&e);
+    emit_file(&e, "cull.cl");
+    emit_file(&e, "shade.cl");
+    emit_file(&e, "tile.cl");
+    emit_file(&e, "film.cl");
+    if (fclose(e.out)) abort();
+    char *copy = arena_text(arena, text, size);
+    free(text);
+    *length = size;
+    return copy;
+}
+
+const char *emit_options(int width)
+{
+    assert(width == 1 || width == 16);
+    return width == 1 ? "-cl-std=CL1.2 -D WIDTH=1" : "-cl-std=CL1.2 -D WIDTH=16 -D PACKETS_SIDE_BY_SIDE=2";
+}

@@ -1,0 +1,459 @@
+#include "compiler/field.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "compiler/eval.h"
+#include "compiler/quadric.h"
+
+// --- building
+
+// What is still to be written: a field, or an operation that waits for its operands.
+typedef struct Pending {
+    uint32_t words[3], count; // an operation; count 0: `field` is to be compiled
+    IrId field;
+} Pending;
+
+typedef struct Builder {
+    Arena *arena;
+    const Ir *ir;
+    const FieldSlots *slots;
+    Pending *pending;
+    uint32_t pending_count, pending_capacity;
+    uint32_t *words;
+    uint32_t count, capacity;
+    uint32_t stack, points; // what the code written so far leaves
+    bool ok;
+} Builder;
+
+static void push(Builder *b, Pending pending)
+{
+    if (b->pending_count == FIELD_WORDS_MAX) b->ok = false;
+    if (!b->ok) return;
+    if (b->pending_count == b->pending_capacity) {
+        uint32_t room = b->pending_capacity ? 2 * b->pending_capacity : 64;
+        Pending *array = arena_array(b->arena, Pending, room);
+        if (b->pending_count) memcpy(array, b->pending, b->pending_count * sizeof *array);
+        b->pending = array;
+        b->pending_capacity = room;
+    }
+    b->pending[b->pending_count++] = pending;
+}
+
+static void push_field(Builder *b, IrId field)
+{
+    push(b, (Pending){.field = field});
+}
+
+static void push_op(Builder *b, uint32_t count, FieldOp op, uint32_t first, uint32_t second)
+{
+    push(b, (Pending){.words = {op, first, second}, .count = count});
+}
+
+static void emit(Builder *b, const uint32_t *words, uint32_t count)
+{
+    switch ((FieldOp)words[0]) {
+    case FIELD_QUADRIC:
+    case FIELD_EMPTY: b->stack++; break;
+    case FIELD_MAX:
+    case FIELD_MIN:
+    case FIELD_CUBE: b->stack--; break;
+    case FIELD_ENTER: b->points++; break;
+    case FIELD_LEAVE: b->points--; break;
+    case FIELD_NEGATE:
+    case FIELD_SHOW: break;
+    }
+    if (b->stack > FIELD_STACK_MAX || b->points > FIELD_POINTS_MAX || b->count + count > FIELD_WORDS_MAX) {
+        b->ok = false;
+        return;
+    }
+    if (b->count + count > b->capacity) {
+        uint32_t room = b->capacity ? 2 * b->capacity : 64;
+        uint32_t *array = arena_array(b->arena, uint32_t, room);
+        if (b->count) memcpy(array, b->words, b->count * sizeof *array);
+        b->words = array;
+        b->capacity = room;
+    }
+    memcpy(b->words + b->count, words, count * sizeof *words);
+    b->count += count;
+}
+
+static void emit_enter(Builder *b, IrId matrix)
+{
+    emit(b, (uint32_t[]){FIELD_ENTER, b->slots->inverse(b->slots->context, matrix)}, 2);
+}
+
+// The base is on top. Q is computed at the points of all the maps around it, the cube is added outside of them.
+static void perturbation(Builder *b, IrId id)
+{
+    const FieldSlots *slots = b->slots;
+    uint32_t entered = 0;
+    for (; ir_at(b->ir, id)->op == OP_PTRANSFORM && b->ok; id = ir_operand(b->ir, id, 0)) {
+        emit_enter(b, ir_operand(b->ir, id, 1));
+        entered++;
+    }
+    if (!b->ok) return;
+    uint32_t strength = slots->scalar(slots->context, ir_operand(b->ir, id, 1));
+    push_op(b, 3, FIELD_CUBE, strength, slots->scalar(slots->context, ir_operand(b->ir, id, 2)));
+    while (entered--) push_op(b, 1, FIELD_LEAVE, 0, 0);
+    push_field(b, ir_operand(b->ir, id, 0));
+}
+
+static void perturbed(Builder *b, IrId id)
+{
+    for (uint32_t k = ir_at(b->ir, id)->count; k-- > 1;) push_field(b, ir_operand(b->ir, id, k));
+    push_field(b, ir_operand(b->ir, id, 0));
+}
+
+// Pair by pair from the first on, so that a long list needs room for two values only.
+static void folded(Builder *b, IrId id, FieldOp op)
+{
+    for (uint32_t k = ir_at(b->ir, id)->count; k-- > 1;) {
+        push_op(b, 1, op, 0, 0);
+        push_field(b, ir_operand(b->ir, id, k));
+    }
+    push_field(b, ir_operand(b->ir, id, 0));
+}
+
+static void node(Builder *b, IrId id)
+{
+    const FieldSlots *slots = b->slots;
+    switch ((IrOp)ir_at(b->ir, id)->op) {
+    case OP_QUADRIC: emit(b, (uint32_t[]){FIELD_QUADRIC, slots->quadric(slots->context, id)}, 2); return;
+    case OP_EMPTY: emit(b, (uint32_t[]){FIELD_EMPTY}, 1); return;
+    case OP_UNION: folded(b, id, FIELD_MAX); return;
+    case OP_INTERSECT: folded(b, id, FIELD_MIN); return;
+    case OP_FREEFORM:
+    case OP_DEFORM: perturbed(b, id); return;
+    case OP_PERTURB:
+    case OP_PTRANSFORM: perturbation(b, id); return;
+    case OP_COMPLEMENT: push_op(b, 1, FIELD_NEGATE, 0, 0); break;
+    case OP_SHOW: push_op(b, 2, FIELD_SHOW, slots->scalar(slots->context, ir_operand(b->ir, id, 1)), 0); break;
+    case OP_TRANSFORM:
+        emit_enter(b, ir_operand(b->ir, id, 1));
+        push_op(b, 1, FIELD_LEAVE, 0, 0);
+        break;
+    case OP_PAINT:
+    case OP_NAMED: break;
+    default: b->ok = false; return; // not a field
+    }
+    push_field(b, ir_operand(b->ir, id, 0));
+}
+
+bool field_code(Arena *arena, const Ir *ir, IrId field, const FieldSlots *slots, FieldCode *code)
+{
+    Builder b = {.arena = arena, .ir = ir, .slots = slots, .ok = ir_at(ir, field)->class != CLASS_GENERAL};
+    push_field(&b, field);
+    while (b.pending_count && b.ok) {
+        Pending pending = b.pending[--b.pending_count];
+        if (pending.count) {
+            emit(&b, pending.words, pending.count);
+        } else {
+            node(&b, pending.field);
+        }
+    }
+    *code = (FieldCode){b.words, b.count};
+    return b.ok;
+}
+
+bool field_check(FieldCode code, uint32_t value_count)
+{
+    uint32_t stack = 0, points = 0;
+    for (uint32_t k = 0; k < code.count;) {
+        uint32_t op = code.words[k++], operands = 0, width = 1, needs = 1;
+        switch (op) {
+        case FIELD_QUADRIC:
+            operands = 1;
+            width = 10;
+            needs = 0;
+            stack++;
+            break;
+        case FIELD_EMPTY:
+            needs = 0;
+            stack++;
+            break;
+        case FIELD_CUBE: operands = 2; // fall through
+        case FIELD_MAX:
+        case FIELD_MIN: needs = 2; break;
+        case FIELD_NEGATE: break;
+        case FIELD_SHOW: operands = 1; break;
+        case FIELD_ENTER:
+            operands = 1;
+            width = 12;
+            needs = 0;
+            points++;
+            break;
+        case FIELD_LEAVE:
+            if (!points--) return false;
+            break;
+        default: return false;
+        }
+        if (stack < needs || stack > FIELD_STACK_MAX || points > FIELD_POINTS_MAX || operands > code.count - k)
+            return false;
+        if (needs == 2) stack--;
+        for (; operands; operands--, k++) {
+            if (width > value_count || code.words[k] > value_count - width) return false;
+        }
+    }
+    return stack == 1 && points == 0;
+}
+
+// --- evaluation
+
+typedef struct Frame { // a point and the map that leads back from it
+    double point[3];
+    const double *inverse;
+} Frame;
+
+static void add_cube(FieldValue *top, const FieldValue *q, double strength, double grow)
+{
+    double value = q->f + grow;
+    if (!(value > 0)) return;
+    top->f += strength * value * value * value;
+    for (int k = 0; k < 3; k++) top->gradient[k] += 3 * strength * value * value * q->gradient[k];
+}
+
+// By the chain rule: the gradient of F(M^-1 X) is M^-T of F's.
+static void leave(FieldValue *top, const double *inverse)
+{
+    double g[3] = {0};
+    for (int i = 0; i < 3; i++) {
+        for (int k = 0; k < 3; k++) g[k] += inverse[4 * i + k] * top->gradient[i];
+    }
+    memcpy(top->gradient, g, sizeof g);
+}
+
+FieldValue field_at(FieldCode code, const double *values, const double point[3])
+{
+    FieldValue stack[FIELD_STACK_MAX];
+    Frame frames[FIELD_POINTS_MAX + 1];
+    FieldValue *top = stack - 1;
+    Frame *frame = frames;
+    memcpy(frame->point, point, sizeof frame->point);
+    for (const uint32_t *w = code.words; w < code.words + code.count;) {
+        switch ((FieldOp)*w++) {
+        case FIELD_QUADRIC:
+            top++;
+            top->f = quadric_at(values + *w, frame->point);
+            quadric_gradient(values + *w++, frame->point, top->gradient);
+            break;
+        case FIELD_EMPTY: *++top = (FieldValue){.f = -INFINITY}; break;
+        case FIELD_MAX:
+            top--;
+            if (top[1].f > top[0].f) top[0] = top[1];
+            break;
+        case FIELD_MIN:
+            top--;
+            if (top[1].f < top[0].f) top[0] = top[1];
+            break;
+        case FIELD_NEGATE:
+            top->f = -top->f;
+            for (int k = 0; k < 3; k++) top->gradient[k] = -top->gradient[k];
+            break;
+        case FIELD_CUBE:
+            top--;
+            add_cube(top, top + 1, values[w[0]], values[w[1]]);
+            w += 2;
+            break;
+        case FIELD_SHOW:
+            if (values[*w++] == 0) *top = (FieldValue){.f = -INFINITY};
+            break;
+        case FIELD_ENTER:
+            frame[1].inverse = values + *w++;
+            matrix_point(frame[1].inverse, frame->point, frame[1].point);
+            frame++;
+            break;
+        case FIELD_LEAVE:
+            leave(top, frame->inverse);
+            frame--;
+            break;
+        }
+    }
+    return *top;
+}
+
+// --- places and heights
+
+typedef struct Line {
+    FieldCode code;
+    const double *values;
+    double origin[3], direction[3];
+} Line;
+
+static void line_point(const Line *line, double t, double p[3])
+{
+    for (int k = 0; k < 3; k++) p[k] = line->origin[k] + t * line->direction[k];
+}
+
+// F along the line, and its slope there.
+static double line_at(const Line *line, double t, double *slope)
+{
+    double p[3];
+    line_point(line, t, p);
+    FieldValue value = field_at(line->code, line->values, p);
+    *slope = 0;
+    for (int k = 0; k < 3; k++) *slope += value.gradient[k] * line->direction[k];
+    return value.f;
+}
+
+// The root between a and b, over whose ends the sign changes: Newton's steps, and a halving where they leave the
+// bracket, and every third time in any case, so that the bracket shrinks. Ends where a step moves no more.
+static double line_root(const Line *line, double a, double b, bool positive_at_a)
+{
+    double t = a + (b - a) / 2;
+    for (int step = 0; step < 200; step++) {
+        double slope, f = line_at(line, t, &slope);
+        if (f == 0) break;
+        if ((f > 0) == positive_at_a) {
+            a = t;
+        } else {
+            b = t;
+        }
+        double next = t - f / slope;
+        if (step % 3 == 2 || !(next > fmin(a, b) && next < fmax(a, b))) next = a + (b - a) / 2;
+        if (fabs(next - t) <= 1e-16 * fabs(t)) break;
+        t = next;
+    }
+    return t;
+}
+
+// The ends of a bracket of the root nearest to 0 on either side of it, `*b` the farther. F is `start` at 0.
+static bool line_bracket(const Line *line, double start, double first_step, double *a, double *b)
+{
+    double before = 0;
+    for (double t = first_step; t < 1e6 * first_step; before = t, t = t * 1.1 + first_step) {
+        for (int side = -1; side <= 1; side += 2) {
+            double slope, f = line_at(line, side * t, &slope);
+            if (!isfinite(f) || (f != 0 && (f > 0) == (start > 0))) continue;
+            *a = side * before;
+            *b = side * t;
+            return true;
+        }
+    }
+    return false;
+}
+
+bool field_place(FieldCode code, const double *values, const double point[3], double turn, double result[12])
+{
+    Line line = {.code = code, .values = values};
+    memcpy(line.origin, point, sizeof line.origin);
+    FieldValue start = field_at(code, values, point);
+    const double *g = start.gradient;
+    double slope = hypot(hypot(g[0], g[1]), g[2]), t = 0;
+    if (!isfinite(start.f) || !isfinite(slope) || slope == 0) return false;
+    if (start.f != 0) {
+        double a, b, step = fabs(start.f) / slope / 8; // of Newton's first step
+        for (int k = 0; k < 3; k++) line.direction[k] = g[k] / slope;
+        if (!(step > 0) || !line_bracket(&line, start.f, step, &a, &b)) return false;
+        t = line_root(&line, a, b, start.f > 0);
+    }
+    double at[3], normal[3];
+    line_point(&line, t, at);
+    FieldValue hit = field_at(code, values, at);
+    for (int k = 0; k < 3; k++) normal[k] = -hit.gradient[k];
+    return matrix_stand(at, normal, turn, result);
+}
+
+double field_height(FieldCode field, FieldCode support, const double *values, const double matrix[12],
+                    const double point[3])
+{
+    double p[3], q = field_at(support, values, point).f;
+    if (!(q > 0)) return NAN;
+    matrix_point(matrix, point, p);
+    return -field_at(field, values, p).f / (q * q * q);
+}
+
+// --- folding
+
+typedef struct Constants {
+    Arena arena;
+    const Ir *ir;
+    double *values;
+    uint32_t count, capacity;
+    bool ok;
+} Constants;
+
+static uint32_t constants_add(Constants *c, const double *values, uint32_t count)
+{
+    if (c->count + count > c->capacity) {
+        uint32_t room = c->capacity ? 2 * c->capacity : 64;
+        double *array = arena_array(&c->arena, double, room);
+        if (c->count) memcpy(array, c->values, c->count * sizeof *array);
+        c->values = array;
+        c->capacity = room;
+    }
+    uint32_t first = c->count;
+    memcpy(c->values + first, values, count * sizeof *values);
+    c->count += count;
+    return first;
+}
+
+static uint32_t constant_scalar(void *context, IrId scalar)
+{
+    Constants *c = context;
+    double value = NAN;
+    if (!ir_is_const(c->ir, scalar, &value)) c->ok = false;
+    return constants_add(c, &value, 1);
+}
+
+static bool const_quadric(const Ir *ir, IrId quadric, double q[10])
+{
+    if (ir_at(ir, quadric)->op != OP_QUADRIC) return false;
+    for (uint32_t k = 0; k < 10; k++) {
+        if (!ir_is_const(ir, ir_operand(ir, quadric, k), &q[k])) return false;
+    }
+    return true;
+}
+
+static uint32_t constant_quadric(void *context, IrId quadric)
+{
+    Constants *c = context;
+    double q[10] = {0};
+    if (!const_quadric(c->ir, quadric, q)) c->ok = false;
+    return constants_add(c, q, 10);
+}
+
+static uint32_t constant_inverse(void *context, IrId matrix)
+{
+    Constants *c = context;
+    double m[12] = {0};
+    if (!ir_const_matrix(c->ir, matrix, m) || !matrix_inverse(m, m)) c->ok = false;
+    return constants_add(c, m, 12);
+}
+
+static bool constants_code(Constants *c, const Ir *ir, IrId field, FieldCode *code)
+{
+    c->ir = ir;
+    c->ok = true;
+    FieldSlots slots = {c, constant_scalar, constant_quadric, constant_inverse};
+    return field_code(&c->arena, ir, field, &slots, code) && c->ok;
+}
+
+static void numbers(const Ir *ir, const IrId *ids, uint32_t count, double *values)
+{
+    for (uint32_t k = 0; k < count; k++) values[k] = ir_at(ir, ids[k])->number;
+}
+
+bool field_fold_place(const Ir *ir, const IrId operands[5], double result[12])
+{
+    Constants c = {0};
+    FieldCode code;
+    double point[4];
+    numbers(ir, operands + 1, 4, point);
+    bool ok = constants_code(&c, ir, operands[0], &code) && field_place(code, c.values, point, point[3], result);
+    arena_release(&c.arena);
+    return ok;
+}
+
+bool field_fold_height(const Ir *ir, const IrId operands[6], double *strength)
+{
+    Constants c = {0};
+    FieldCode field, support;
+    double matrix[12], point[3];
+    numbers(ir, operands + 3, 3, point);
+    bool ok = ir_const_matrix(ir, operands[2], matrix) && constants_code(&c, ir, operands[0], &field) &&
+              constants_code(&c, ir, operands[1], &support);
+    if (ok) *strength = field_height(field, support, c.values, matrix, point);
+    arena_release(&c.arena);
+    return ok && isfinite(*strength);
+}

@@ -1,0 +1,28 @@
+// The frame program's evaluator: from a time and handles to the values of a frame, in double on the host.
+#ifndef SCN_COMPILER_FRAME_H
+#define SCN_COMPILER_FRAME_H
+
+#include <stdbool.h>
+
+#include "compiler/plan.h"
+
+typedef struct FrameInput {
+    double time;          // seconds
+    double frame;         // number of the frame
+    const double *inputs; // plan->input_count handle values, radians and seconds; NULL: the defaults
+} FrameInput;
+
+typedef struct FrameError {
+    Span span;
+    char text[240]; // "division by zero", "tool-misses: …", the message of a failed assert
+} FrameError;
+
+// Fills `values` (plan->slot_count doubles). Returns false and says where and why if a value is not finite, a matrix
+// singular, a tool misses or an assert fails; `values` is then not to be used.
+bool frame_evaluate(const Plan *plan, const FrameInput *input, double *values, FrameError *error);
+
+// Whether every step names slots, operands and operations that there are, so that a program of any origin can be run:
+// plan->step_count if so, else the first step that does not.
+uint32_t frame_check(const Plan *plan);
+
+#endif

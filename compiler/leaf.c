@@ -1,0 +1,133 @@
+#include "compiler/leaf.h"
+
+bool leaf_is_base(const Ir *ir, IrId id)
+{
+    const IrNode *node = ir_at(ir, id);
+    return node->op == OP_QUADRIC || (node->op == OP_TRANSFORM && ir_at(ir, ir_operand(ir, id, 0))->op == OP_QUADRIC);
+}
+
+bool leaf_is_core(const Ir *ir, IrId id)
+{
+    return leaf_is_base(ir, id) || (ir_at(ir, id)->op == OP_FREEFORM && leaf_is_base(ir, ir_operand(ir, id, 0)));
+}
+
+bool leaf_const_quadric(const Ir *ir, IrId quadric, double q[10])
+{
+    if (ir_at(ir, quadric)->op != OP_QUADRIC) return false;
+    for (uint32_t k = 0; k < 10; k++) {
+        if (!ir_is_const(ir, ir_operand(ir, quadric, k), &q[k])) return false;
+    }
+    return true;
+}
+
+// Coefficients that come out of a fold are equal to each other, as a sphere's, or to nothing else.
+IrId leaf_quadric(Ir *ir, Span span, const double q[10])
+{
+    IrId operands[10];
+    for (int k = 0; k < 10; k++) {
+        int same = 0;
+        while (same < k && q[same] != q[k]) same++;
+        operands[k] = same < k ? operands[same] : q[k] == 0 ? ir_const(ir, 0) : ir_const_alone(ir, q[k]);
+    }
+    return ir_node(ir, OP_QUADRIC, span, operands, 10);
+}
+
+typedef IrId Change(Ir *ir, Span span, int k, IrId coefficient, IrId argument);
+
+static IrId changed_quadric(Ir *ir, IrId quadric, Change *change, IrId argument)
+{
+    IrId operands[10];
+    Span span = ir_at(ir, quadric)->span;
+    for (int k = 0; k < 10; k++) operands[k] = change(ir, span, k, ir_operand(ir, quadric, (uint32_t)k), argument);
+    return ir_node(ir, OP_QUADRIC, span, operands, 10);
+}
+
+// What is done to coefficients is done inside of the map: negation is the same there, and a constant added too.
+static IrId changed_base(Ir *ir, IrId base, Change *change, IrId argument)
+{
+    if (ir_at(ir, base)->op == OP_QUADRIC) return changed_quadric(ir, base, change, argument);
+    IrId matrix = ir_operand(ir, base, 1);
+    Span span = ir_at(ir, base)->span;
+    return ir_op2(ir, OP_TRANSFORM, span, changed_quadric(ir, ir_operand(ir, base, 0), change, argument), matrix);
+}
+
+static IrId minus(Ir *ir, Span span, IrId scalar)
+{
+    double value;
+    if (ir_is_const(ir, scalar, &value)) return ir_const(ir, 0 - value); // 0 and not -0
+    return ir_op1(ir, OP_NEG, span, scalar);
+}
+
+static IrId negated(Ir *ir, Span span, int k, IrId coefficient, IrId argument)
+{
+    return minus(ir, span, coefficient);
+}
+
+static IrId grown(Ir *ir, Span span, int k, IrId coefficient, IrId argument)
+{
+    return k == 9 ? ir_op2(ir, OP_ADD, span, coefficient, argument) : coefficient;
+}
+
+static IrId unless_all(Ir *ir, Span span, int k, IrId coefficient, IrId condition)
+{
+    return ir_op3(ir, OP_SELECT, span, condition, coefficient, ir_const(ir, k == 9 ? 1 : 0));
+}
+
+IrId leaf_negate_base(Ir *ir, IrId base)
+{
+    return changed_base(ir, base, negated, 0);
+}
+
+IrId leaf_grow_base(Ir *ir, IrId base, IrId grow)
+{
+    double value;
+    return ir_is_const(ir, grow, &value) && value == 0 ? base : changed_base(ir, base, grown, grow);
+}
+
+static IrId with_strength(Ir *ir, IrId perturbation, IrId strength)
+{
+    IrId q = ir_operand(ir, perturbation, 0), grow = ir_operand(ir, perturbation, 2);
+    return ir_op3(ir, OP_PERTURB, ir_at(ir, perturbation)->span, q, strength, grow);
+}
+
+static IrId negated_perturbation(Ir *ir, IrId perturbation, IrId argument)
+{
+    return with_strength(ir, perturbation, minus(ir, ir_at(ir, perturbation)->span, ir_operand(ir, perturbation, 1)));
+}
+
+static IrId perturbation_unless_all(Ir *ir, IrId perturbation, IrId condition)
+{
+    Span span = ir_at(ir, perturbation)->span;
+    IrId strength = ir_operand(ir, perturbation, 1);
+    return with_strength(ir, perturbation, ir_op3(ir, OP_SELECT, span, condition, strength, ir_const(ir, 0)));
+}
+
+IrId leaf_negate_perturbation(Ir *ir, IrId perturbation)
+{
+    return negated_perturbation(ir, perturbation, 0);
+}
+
+static IrId changed_core(Ir *ir, IrId core, Change *change, IrId (*change_perturbation)(Ir *, IrId, IrId),
+                         IrId argument)
+{
+    if (leaf_is_base(ir, core)) return changed_base(ir, core, change, argument);
+    uint32_t count = ir_at(ir, core)->count;
+    Span span = ir_at(ir, core)->span;
+    Arena scratch = {0};
+    IrId *operands = arena_array(&scratch, IrId, count);
+    operands[0] = changed_base(ir, ir_operand(ir, core, 0), change, argument);
+    for (uint32_t k = 1; k < count; k++) operands[k] = change_perturbation(ir, ir_operand(ir, core, k), argument);
+    IrId result = ir_node(ir, OP_FREEFORM, span, operands, count);
+    arena_release(&scratch);
+    return result;
+}
+
+IrId leaf_negate(Ir *ir, IrId core)
+{
+    return changed_core(ir, core, negated, negated_perturbation, 0);
+}
+
+IrId leaf_unless_all(Ir *ir, IrId core, IrId condition)
+{
+    return changed_core(ir, core, unless_all, perturbation_unless_all, condition);
+}

@@ -1,0 +1,23 @@
+// Making quadrics and free forms from others, for the passes. A *core* is QUADRIC, TRANSFORM(QUADRIC, matrix) or
+// FREEFORM(one of these, perturbations); a *base* is one of the first two.
+#ifndef SCN_COMPILER_LEAF_H
+#define SCN_COMPILER_LEAF_H
+
+#include "compiler/ir.h"
+
+bool leaf_is_base(const Ir *ir, IrId id);
+bool leaf_is_core(const Ir *ir, IrId id);
+
+// The ten coefficients of a QUADRIC if all are const.
+bool leaf_const_quadric(const Ir *ir, IrId quadric, double q[10]);
+IrId leaf_quadric(Ir *ir, Span span, const double q[10]);
+
+IrId leaf_negate_base(Ir *ir, IrId base);
+IrId leaf_grow_base(Ir *ir, IrId base, IrId grow); // F + grow
+IrId leaf_negate_perturbation(Ir *ir, IrId perturbation);
+IrId leaf_negate(Ir *ir, IrId core);
+
+// The core where the condition holds, else F = 1 everywhere: all of space.
+IrId leaf_unless_all(Ir *ir, IrId core, IrId condition);
+
+#endif

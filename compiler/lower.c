@@ -1,0 +1,365 @@
+// The tables of a plan. Groups are laid out from the scene's on: components sorted by shape, leaves of a component
+// side by side, the groups among them in a queue. What the scene shares is repeated here, since a leaf of a plan is in
+// one place; its values, its perturbations and its material are not.
+#include "compiler/lower.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "compiler/pairs.h"
+
+static const double default_material[11] = {0.8, 0.8, 0.8, 0.1, 0.8, 0.2, 30, 0, 0, 1.5, 0};
+enum { SHININESS = 6 };
+
+typedef struct Waiting { // a group that is to be laid out
+    uint32_t block, order;
+} Waiting;
+
+typedef struct Lowering {
+    const Ir *ir;
+    Arena *arena, *scratch;
+    Plan *plan;
+    PlanOrigins *origins;
+    Values values;
+    Pieces pieces;
+    uint32_t *new_shapes, *new_types;
+    Pairs lists;      // hashes of lists of operands
+    IrId *list_owner; // of each the node that had it first
+    uint32_t list_capacity;
+    uint32_t *indices; // of a free form the first perturbation, of a material its index, of a name its object; + 1
+    Waiting *waiting;  // by group
+    uint32_t *starts, *sorted; // for sorting a group's members by shape
+    uint32_t group_capacity, component_capacity, leaf_capacity, perturbation_capacity, material_capacity,
+        object_capacity;
+    uint32_t leaf_span_capacity, perturbation_span_capacity;
+} Lowering;
+
+// --- what is there more than once
+
+static uint64_t list_hash(const Ir *ir, IrId id, uint32_t from)
+{
+    uint64_t hash = ir_at(ir, id)->op;
+    for (uint32_t k = from; k < ir_at(ir, id)->count; k++) {
+        hash = (hash ^ ir_operand(ir, id, k)) * 0x9e3779b97f4a7c15u;
+        hash ^= hash >> 29;
+    }
+    return hash;
+}
+
+// The first node that was asked for with the same operation and, from `from` on, the same operands: often the node
+// itself.
+static IrId first_alike(Lowering *l, IrId id, uint32_t from)
+{
+    const IrNode *node = ir_at(l->ir, id);
+    uint64_t hash = list_hash(l->ir, id, from);
+    bool added;
+    uint32_t index = pairs_index(&l->lists, (uint32_t)(hash >> 32), (uint32_t)hash, &added);
+    if (added) {
+        l->list_owner = array_room(l->scratch, l->list_owner, index, &l->list_capacity, sizeof *l->list_owner);
+        l->list_owner[index] = id;
+        return id;
+    }
+    IrId first = l->list_owner[index];
+    const IrNode *other = ir_at(l->ir, first);
+    bool same =
+        other->op == node->op && other->count == node->count &&
+        !memcmp(ir_operands(l->ir, id) + from, ir_operands(l->ir, first) + from, (node->count - from) * sizeof(IrId));
+    return same ? first : id;
+}
+
+// --- materials and objects
+
+static int32_t integer_shininess(const Ir *ir, IrId material)
+{
+    double value;
+    bool whole = ir_is_const(ir, ir_operand(ir, material, SHININESS), &value) && value == floor(value);
+    return whole && value >= 0 && value <= 1024 ? (int32_t)value : -1;
+}
+
+static uint32_t material_new(Lowering *l, Slot values, int32_t shininess)
+{
+    Plan *plan = l->plan;
+    plan->materials =
+        array_room(l->arena, plan->materials, plan->material_count, &l->material_capacity, sizeof *plan->materials);
+    plan->materials[plan->material_count] = (PlanMaterial){values, shininess};
+    return plan->material_count++;
+}
+
+static uint32_t material_of(Lowering *l, IrId material)
+{
+    if (!material) return 0;
+    uint32_t *index = &l->indices[material];
+    if (!*index) {
+        IrId first = first_alike(l, material, 0);
+        if (first == material) {
+            *index = material_new(l, values_slot(&l->values, material), integer_shininess(l->ir, material)) + 1;
+        } else {
+            *index = material_of(l, first) + 1;
+        }
+    }
+    return *index - 1;
+}
+
+static uint32_t object_new(Lowering *l, const char *name, Span span)
+{
+    Plan *plan = l->plan;
+    plan->objects = array_room(l->arena, plan->objects, plan->object_count, &l->object_capacity, sizeof *plan->objects);
+    plan->objects[plan->object_count] = (PlanObject){name, span};
+    return plan->object_count++;
+}
+
+typedef struct NamedLeaf {
+    IrId name;
+    const char *text;
+} NamedLeaf;
+
+static int by_text(const void *a, const void *b)
+{
+    const NamedLeaf *x = a, *y = b;
+    int order = strcmp(x->text, y->text);
+    return order ? order : x->name < y->name ? -1 : x->name > y->name;
+}
+
+static int by_first(const void *a, const void *b)
+{
+    const NamedLeaf *x = a, *y = b;
+    return x->name < y->name ? -1 : x->name > y->name;
+}
+
+// Objects are told apart by their names, and numbered in the order in which the scene makes them.
+static void name_objects(Lowering *l)
+{
+    const Ir *ir = l->ir;
+    NamedLeaf *names = NULL;
+    uint32_t count = 0, capacity = 0, different = 0;
+    for (IrId id = 1; id <= ir->root; id++) {
+        if (!l->pieces.reached[id] || ir_at(ir, id)->op != OP_NAMED) continue;
+        names = array_room(l->scratch, names, count, &capacity, sizeof *names);
+        names[count++] = (NamedLeaf){id, ir_at(ir, id)->text};
+    }
+    object_new(l, "", (Span){0});
+    if (!count) return;
+    qsort(names, count, sizeof *names, by_text);
+    NamedLeaf *firsts = arena_array(l->scratch, NamedLeaf, count);
+    uint32_t *group = arena_array(l->scratch, uint32_t, ir->count); // of the first of a name its others' representative
+    for (uint32_t k = 0; k < count; k++) {
+        if (!k || strcmp(names[k].text, names[k - 1].text)) firsts[different++] = names[k];
+        group[names[k].name] = firsts[different - 1].name;
+    }
+    qsort(firsts, different, sizeof *firsts, by_first);
+    for (uint32_t k = 0; k < different; k++) {
+        l->indices[firsts[k].name] = object_new(l, firsts[k].text, ir_at(ir, firsts[k].name)->span) + 1;
+    }
+    for (uint32_t k = 0; k < count; k++) l->indices[names[k].name] = l->indices[group[names[k].name]];
+}
+
+// --- needs
+
+static void need_leaf(Lowering *l, IrId id)
+{
+    LeafParts parts = leaf_parts(l->ir, id);
+    if (parts.paint) values_need(&l->values, parts.paint);
+    if (parts.shown) values_need_checked(&l->values, parts.shown);
+    if (ir_at(l->ir, parts.base)->op == OP_COMPLEMENT) return; // all of space has constants of its own
+    values_need(&l->values, parts.base);
+    for (uint32_t k = 1; parts.core != parts.base && k < ir_at(l->ir, parts.core)->count; k++) {
+        IrId perturbation = ir_operand(l->ir, parts.core, k);
+        values_need(&l->values, ir_operand(l->ir, perturbation, 0));
+        values_need_checked(&l->values, ir_operand(l->ir, perturbation, 1));
+    }
+}
+
+static void make_values(Lowering *l)
+{
+    const Ir *ir = l->ir;
+    Plan *plan = l->plan;
+    plan->time = values_constants(&l->values, (const double[]){0}, 1);
+    plan->frame = values_constants(&l->values, (const double[]){0}, 1);
+    plan->inputs = plan->slot_count;
+    for (uint32_t k = 0; k < ir->input_count; k++) values_constants(&l->values, (const double[]){0}, 1);
+    plan->input_count = ir->input_count;
+    for (uint32_t k = 0; k < ir->assert_count; k++) values_need(&l->values, ir->asserts[k]);
+    values_emit(&l->values);
+    values_need(&l->values, ir->camera);
+    values_need(&l->values, ir->background);
+    for (uint32_t k = 0; k < ir->light_count; k++) values_need(&l->values, ir->lights[k]);
+    for (IrId id = 1; id <= ir->root; id++) {
+        IrOp op = ir_at(ir, id)->op;
+        if (l->pieces.reached[id] && op != OP_UNION && op != OP_INTERSECT) need_leaf(l, id);
+    }
+    values_emit(&l->values);
+}
+
+// --- leaves
+
+static void note_span(Lowering *l, Span **spans, uint32_t index, uint32_t *capacity, IrId id)
+{
+    if (!l->origins) return;
+    *spans = array_room(l->arena, *spans, index, capacity, sizeof **spans);
+    (*spans)[index] = ir_at(l->ir, id)->span;
+}
+
+// Where the perturbations of a free form begin. Free forms with the same ones, as the parts of a deformed object,
+// share them.
+static uint32_t perturbations_of(Lowering *l, IrId freeform)
+{
+    Plan *plan = l->plan;
+    uint32_t *index = &l->indices[freeform];
+    if (*index) return *index - 1;
+    IrId first = first_alike(l, freeform, 1);
+    if (first != freeform) {
+        *index = perturbations_of(l, first) + 1;
+        return *index - 1;
+    }
+    uint32_t begin = plan->perturbation_count;
+    for (uint32_t k = 1; k < ir_at(l->ir, freeform)->count; k++) {
+        IrId perturbation = ir_operand(l->ir, freeform, k);
+        Slot quadric = values_slot(&l->values, ir_operand(l->ir, perturbation, 0));
+        Slot strength = values_checked_slot(&l->values, ir_operand(l->ir, perturbation, 1));
+        plan->perturbations = array_room(l->arena, plan->perturbations, plan->perturbation_count,
+                                         &l->perturbation_capacity, sizeof *plan->perturbations);
+        if (l->origins) {
+            note_span(l, &l->origins->perturbations, plan->perturbation_count, &l->perturbation_span_capacity,
+                      perturbation);
+        }
+        plan->perturbations[plan->perturbation_count++] = (PlanPerturbation){quadric, strength};
+    }
+    *index = begin + 1;
+    return begin;
+}
+
+static PlanLeaf scene_leaf(Lowering *l, IrId id)
+{
+    LeafParts parts = leaf_parts(l->ir, id);
+    PlanLeaf leaf = {.kind = LEAF_QUADRIC, .shown = NO_SLOT, .material = material_of(l, parts.paint)};
+    if (ir_at(l->ir, parts.base)->op == OP_COMPLEMENT) {
+        leaf.quadric = values_constants(&l->values, (const double[10]){[9] = 1}, 10);
+    } else {
+        leaf.quadric = values_slot(&l->values, parts.base);
+    }
+    if (parts.core != parts.base) {
+        leaf.kind = LEAF_FREEFORM;
+        leaf.begin = perturbations_of(l, parts.core);
+        leaf.count = ir_at(l->ir, parts.core)->count - 1;
+    }
+    if (parts.shown) leaf.shown = values_checked_slot(&l->values, parts.shown);
+    if (parts.name) leaf.object = l->indices[parts.name] - 1;
+    return leaf;
+}
+
+// --- groups
+
+static uint32_t group_new(Lowering *l, uint32_t block, uint32_t order)
+{
+    Plan *plan = l->plan;
+    uint32_t capacity = l->group_capacity;
+    l->waiting = array_room(l->scratch, l->waiting, plan->group_count, &capacity, sizeof *l->waiting);
+    plan->groups = array_room(l->arena, plan->groups, plan->group_count, &l->group_capacity, sizeof *plan->groups);
+    l->waiting[plan->group_count] = (Waiting){block, order};
+    plan->groups[plan->group_count] = (PlanGroup){.type = l->new_types[l->pieces.blocks[block].type]};
+    return plan->group_count++;
+}
+
+static void leaf_new(Lowering *l, const PieceLeaf *piece_leaf, uint32_t order)
+{
+    Plan *plan = l->plan;
+    PlanLeaf leaf = {.kind = LEAF_GROUP, .count = 1, .shown = NO_SLOT};
+    if (piece_leaf->is_block) {
+        leaf.begin = group_new(l, piece_leaf->index, order);
+    } else {
+        leaf = scene_leaf(l, piece_leaf->index);
+    }
+    leaf.order = order;
+    plan->leaves = array_room(l->arena, plan->leaves, plan->leaf_count, &l->leaf_capacity, sizeof *plan->leaves);
+    if (l->origins) {
+        IrId id = piece_leaf->is_block ? l->pieces.blocks[piece_leaf->index].members[0]
+                                       : leaf_parts(l->ir, piece_leaf->index).base;
+        note_span(l, &l->origins->leaves, plan->leaf_count, &l->leaf_span_capacity, id);
+    }
+    plan->leaves[plan->leaf_count++] = leaf;
+}
+
+static void component_new(Lowering *l, const Piece *piece, uint32_t order)
+{
+    Plan *plan = l->plan;
+    plan->components =
+        array_room(l->arena, plan->components, plan->component_count, &l->component_capacity, sizeof *plan->components);
+    plan->components[plan->component_count++] = (PlanComponent){l->new_shapes[piece->shape], plan->leaf_count};
+    for (uint32_t k = 0; k < piece->leaf_count; k++) leaf_new(l, &piece->leaves[k], order + piece->leaves[k].offset);
+}
+
+// Fills the group: its members sorted by shape, those of a shape in the order of the scene.
+static void lay_out(Lowering *l, uint32_t group)
+{
+    Waiting waiting = l->waiting[group];
+    const Block *block = &l->pieces.blocks[waiting.block];
+    const Piece *pieces = l->pieces.pieces;
+    uint32_t *starts = l->starts, *sorted = l->sorted;
+    memset(starts, 0, (l->plan->shape_count + 1) * sizeof *starts);
+    for (uint32_t k = 0; k < block->count; k++) starts[l->new_shapes[pieces[block->members[k]].shape] + 1]++;
+    for (uint32_t k = 0; k < l->plan->shape_count; k++) starts[k + 1] += starts[k];
+    for (uint32_t k = 0; k < block->count; k++) sorted[starts[l->new_shapes[pieces[block->members[k]].shape]]++] = k;
+    l->plan->groups[group].component_begin = l->plan->component_count;
+    l->plan->groups[group].component_count = block->count;
+    for (uint32_t k = 0; k < block->count; k++) {
+        uint32_t member = sorted[k];
+        component_new(l, &pieces[block->members[member]], waiting.order + block->offsets[member]);
+    }
+}
+
+static void make_tables(Lowering *l)
+{
+    Shapes *shapes = &l->pieces.shapes;
+    l->new_shapes = arena_array(l->scratch, uint32_t, shapes->count);
+    l->new_types = arena_array(l->scratch, uint32_t, shapes->type_count);
+    shapes_finish(shapes, l->arena, l->plan, l->new_shapes, l->new_types);
+    l->indices = arena_array(l->scratch, uint32_t, l->ir->count);
+    l->lists = pairs_new(l->scratch);
+    material_new(l, values_constants(&l->values, default_material, 11), (int32_t)default_material[SHININESS]);
+    name_objects(l);
+    uint32_t longest = 0;
+    for (uint32_t k = 0; k < l->pieces.block_count; k++) {
+        if (l->pieces.blocks[k].count > longest) longest = l->pieces.blocks[k].count;
+    }
+    l->starts = arena_array(l->scratch, uint32_t, l->plan->shape_count + 1);
+    l->sorted = arena_array(l->scratch, uint32_t, longest);
+    group_new(l, l->pieces.scene, 0);
+    for (uint32_t group = 0; group < l->plan->group_count; group++) lay_out(l, group); // laying out adds groups
+}
+
+static void make_things(Lowering *l)
+{
+    const Ir *ir = l->ir;
+    Plan *plan = l->plan;
+    plan->lights = arena_array(l->arena, PlanLight, ir->light_count);
+    plan->light_count = ir->light_count;
+    for (uint32_t k = 0; k < ir->light_count; k++) {
+        plan->lights[k] = (PlanLight){ir_at(ir, ir->lights[k])->index, values_slot(&l->values, ir->lights[k])};
+    }
+    plan->camera = values_slot(&l->values, ir->camera);
+    plan->orthographic = ir_at(ir, ir->camera)->index == 1;
+    plan->background = values_slot(&l->values, ir->background);
+    plan->params = ir->params;
+    plan->param_count = ir->param_count;
+    plan->duration = ir->duration;
+    plan->fps = ir->fps;
+}
+
+LowerStatus plan_lower(const Ir *ir, Arena *arena, Plan **plan, PlanOrigins *origins)
+{
+    Arena scratch = {0};
+    Lowering l = {.ir = ir, .arena = arena, .scratch = &scratch, .origins = origins};
+    if (origins) *origins = (PlanOrigins){0};
+    l.pieces = pieces_new(ir, &scratch);
+    LowerStatus status = l.pieces.status;
+    if (status == LOWER_DONE) {
+        *plan = l.plan = arena_new(arena, Plan);
+        l.values = values_new(ir, arena, &scratch, l.plan);
+        make_values(&l);
+        make_tables(&l);
+        make_things(&l);
+    }
+    arena_release(&scratch);
+    return status;
+}

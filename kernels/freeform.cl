@@ -1,0 +1,291 @@
+// Free forms F' = F + sum of s most(Q, 0)^3 along a ray. In screen coordinates and multiplied by W^6 it is W^4 F + sum of R, each a polynomial in w, and
+// between the ends of supports one polynomial of degree <= 6: its Bernstein coefficients on such a piece tell exactly whether and where it is first positive.
+
+// Adds W^4 F on a piece: f0, f1, f2 the Bezier values of F, p and q the W at its ends.
+static void add_base(Bernstein *sum, FLOAT f0, FLOAT f1, FLOAT f2, FLOAT p, FLOAT q)
+{
+    FLOAT p2 = p * p, q2 = q * q, pq = p * q;
+    FLOAT e0 = p2 * p2, e1 = p2 * pq, e2 = p2 * q2, e3 = pq * q2, e4 = q2 * q2;
+    sum->c0 += f0 * e0;
+    sum->c1 += (2.0f / 3.0f) * (f0 * e1) + (1.0f / 3.0f) * (f1 * e0);
+    sum->c2 += 0.4f * (f0 * e2) + (8.0f / 15.0f) * (f1 * e1) + (1.0f / 15.0f) * (f2 * e0);
+    sum->c3 += 0.2f * (f0 * e3 + f2 * e1) + 0.6f * (f1 * e2);
+    sum->c4 += 0.4f * (f2 * e2) + (8.0f / 15.0f) * (f1 * e3) + (1.0f / 15.0f) * (f0 * e4);
+    sum->c5 += (2.0f / 3.0f) * (f2 * e3) + (1.0f / 3.0f) * (f1 * e4);
+    sum->c6 += f2 * e4;
+}
+
+// Adds the cube of the quadratic with Bezier values a0, a1, a2.
+static void add_cube(Bernstein *sum, FLOAT a0, FLOAT a1, FLOAT a2)
+{
+    FLOAT s0 = a0 * a0, s1 = a1 * a1, s2 = a2 * a2;
+    sum->c0 += s0 * a0;
+    sum->c1 += s0 * a1;
+    sum->c2 += a0 * (0.2f * (a0 * a2) + 0.8f * s1);
+    sum->c3 += a1 * (0.6f * (a0 * a2) + 0.4f * s1);
+    sum->c4 += a2 * (0.2f * (a0 * a2) + 0.8f * s1);
+    sum->c5 += s2 * a1;
+    sum->c6 += s2 * a2;
+}
+
+// A place on a ray as w / o: o = 0 is infinitely far, or the eye.
+typedef struct RayPlace {
+    FLOAT w, o;
+} RayPlace;
+
+static RayPlace ray_place(FLOAT t)
+{
+    RayPlace place;
+    INT first = t < -BIG;
+    INT last = t > BIG;
+    place.w = first ? (FLOAT)(-1.0f) : last ? (FLOAT)(1.0f) : t;
+    place.o = (first | last) ? (FLOAT)(0.0f) : (FLOAT)(1.0f);
+    return place;
+}
+
+typedef struct Bezier2 {
+    FLOAT a0, a1, a2;
+} Bezier2;
+
+// The Bezier values of W² Q between two places: its polar form.
+static Bezier2 record_bezier(__global const QuadricRecord *r, FLOAT u, FLOAT v, RayPlace l, RayPlace h)
+{
+    Bezier2 a;
+    if (r->flags & RECORD_GENERAL) {
+        FLOAT beta = record_beta(r, u, v);
+        FLOAT q = record_q(r, u, v);
+        a.a0 = l.w * (r->lead * l.w - 2.0f * beta * l.o) + q * l.o * l.o;
+        a.a1 = r->lead * l.w * h.w - beta * (l.w * h.o + h.w * l.o) + q * l.o * h.o;
+        a.a2 = h.w * (r->lead * h.w - 2.0f * beta * h.o) + q * h.o * h.o;
+    } else {
+        FLOAT du = u - r->uc;
+        FLOAT dv = v - r->vc;
+        FLOAT tm = record_tm(r, du, dv);
+        FLOAT h2 = record_h2(r, du, dv);
+        FLOAT dl = l.w - tm * l.o, dh = h.w - tm * h.o;
+        a.a0 = r->lead * (dl * dl - h2 * l.o * l.o);
+        a.a1 = r->lead * (dl * dh - h2 * l.o * h.o);
+        a.a2 = r->lead * (dh * dh - h2 * h.o * h.o);
+    }
+    return a;
+}
+
+// The first place from t on, before the bound, at which sign * F' turns positive: t itself if it is so there, unless it is known that it is not (the
+// place is a root, where floats give either sign). Infinity (or anything from the bound on) if there is none. Any base, any strength, any support; no
+// memory but registers: what is not kept is computed again. The perturbations are ray->list[begin .. stop). Written to be right; freeform_first()
+// below is for speed.
+static FLOAT freeform_next(const Ray *ray, uint id, uint begin, uint stop, FLOAT t, FLOAT bound, float sign, INT known)
+{
+    __global const QuadricRecord *base = ray->records + id;
+    FLOAT u = ray->u, v = ray->v;
+    Roots base_roots = record_roots(base, u, v);
+    FLOAT found = INFINITY;
+    INT live = t < bound;
+    while (ANY(live)) {
+        // The piece [t, end] up to the next end of a support.
+        FLOAT end = bound;
+        for (uint k = begin; k < stop; k++) {
+            Roots r = record_roots(ray->records + ray->list[k], u, v);
+            FLOAT next = r.r0 > t ? r.r0 : r.r1 > t ? r.r1 : (FLOAT)(INFINITY);
+            end = least(end, next);
+        }
+        RayPlace l = ray_place(t), h = ray_place(end);
+        Bernstein sum;
+        sum.c0 = sum.c1 = sum.c2 = sum.c3 = sum.c4 = sum.c5 = sum.c6 = 0.0f;
+        INT active = t > end; // none
+        for (uint k = begin; k < stop; k++) {
+            __global const QuadricRecord *record = ray->records + ray->list[k];
+            Roots r = record_roots(record, u, v);
+            INT in = record->flags & RECORD_OUTSIDE ? (end <= r.r0) | (t >= r.r1) : (r.r0 <= t) & (end <= r.r1);
+            if (!ANY(in & live)) continue;
+            active = active | in;
+            Bezier2 a = record_bezier(record, u, v, l, h);
+            FLOAT zero = 0.0f;
+            add_cube(&sum, in ? a.a0 : zero, in ? a.a1 : zero, in ? a.a2 : zero);
+        }
+        // The base alone.
+        FLOAT closed = sign > 0.0f ? quadric_enter(base_roots, base->flags, t) : quadric_leave(base_roots, base->flags, t);
+        INT alone = live & !active;
+        INT met = alone & (closed < end);
+        found = met ? closed : found;
+        live = live & !met;
+        INT solve = live & active;
+        if (ANY(solve)) {
+            Bezier2 f = record_bezier(base, u, v, l, h);
+            add_base(&sum, f.a0, f.a1, f.a2, l.o - ray->kappa * l.w, h.o - ray->kappa * h.w);
+            // A value that is 0 as far as floats can tell is not yet positive, and is no root that could be found again. At the eye, or
+            // infinitely far, it may be small, but its sign is right.
+            FLOAT tolerance = 2e-6f * bernstein_largest(&sum);
+            Bernstein b = {sign * sum.c0, sign * sum.c1, sign * sum.c2, sign * sum.c3, sign * sum.c4, sign * sum.c5, sign * sum.c6};
+            FLOAT none = 0.0f;
+            b.c0 = (!known & ((b.c0 > tolerance) | (l.o == 0.0f))) ? b.c0 : least(b.c0, known ? -tolerance : none);
+            FLOAT s = bernstein_first(&b, solve, 0);
+            INT hit = solve & (s <= 1.0f);
+            FLOAT o = (1.0f - s) * l.o + s * h.o;
+            FLOAT w = ((1.0f - s) * l.w + s * h.w) / o;
+            w = s == 0.0f ? t : most(least(w, end), t);
+            found = hit ? w : found;
+            live = live & !hit;
+        }
+        t = end;
+        known = t == t;
+        live = live & (t < bound);
+    }
+    return found;
+}
+
+#if WIDTH > 1
+#define ACTIVE_LIMIT 96 // perturbations that meet one packet; more of them take the slower way
+
+// As freeform_next() with sign 1 for rays that begin outside, with closed bases and supports: what is seen of free forms from outside. Keeps what it
+// learnt of each perturbation that meets the packet. Answers 0 where that does not hold, and the caller takes freeform_next().
+static int freeform_fast(const Ray *ray, uint id, uint begin, uint stop, FLOAT start, FLOAT bound, FLOAT *answer)
+{
+    FLOAT lows[ACTIVE_LIMIT], highs[ACTIVE_LIMIT], middles[ACTIVE_LIMIT], squares[ACTIVE_LIMIT];
+    float leads[ACTIVE_LIMIT];
+    __global const QuadricRecord *base = ray->records + id;
+    if (base->flags & RECORD_SLOW) return 0;
+
+    FLOAT u = ray->u, v = ray->v;
+    FLOAT base_du = u - base->uc, base_dv = v - base->vc;
+    FLOAT base_h2 = centred_h2(base, base_du, base_dv);
+    FLOAT base_tm = record_tm(base, base_du, base_dv);
+    FLOAT base_h = root(base_h2);
+    INT meets = base_h2 > 0.0f;
+    FLOAT entry = meets ? base_tm - base_h : (FLOAT)(INFINITY);
+    FLOAT leaves = meets ? base_tm + base_h : (FLOAT)(INFINITY);
+    if (ANY((entry <= start) & (leaves > start) & (start < bound))) return 0;
+    entry = entry > start ? entry : (FLOAT)(INFINITY);
+
+    // Where all strengths are positive the base's own entry ends the search.
+    int is_signed = (base->flags & RECORD_SIGNED) != 0;
+    FLOAT limit = is_signed ? bound : least(bound, entry);
+    if (ray->shadow && !is_signed) limit = entry < bound ? start : limit;
+    FLOAT t = INFINITY;
+    uint count = 0;
+    float limit_of_all = highest(limit);
+    for (uint k = begin; k < stop; k++) {
+        __global const QuadricRecord *r = ray->records + ray->list[k];
+        if (r->w_low > limit_of_all) continue;
+        FLOAT du = u - r->uc, dv = v - r->vc;
+        FLOAT h2 = centred_h2(r, du, dv);
+        if (r->flags & RECORD_SLOW) return 0;
+        FLOAT tm = record_tm(r, du, dv);
+        FLOAT behind = tm - limit;
+        if (!ANY((h2 > 0.0f) & ((behind < 0.0f) | (behind * behind < h2)))) continue; // as low < limit, without the root
+        if (count == ACTIVE_LIMIT) return 0;
+        FLOAT h = root(most(h2, 0.0f));
+        FLOAT low = tm - h, high = tm + h;
+        INT used = (h2 > 0.0f) & (low < limit) & (high > start);
+        if (!ANY(used)) continue;
+        low = used ? low : (FLOAT)(INFINITY);
+        t = least(t, low);
+        lows[count] = low;
+        highs[count] = high;
+        middles[count] = tm;
+        squares[count] = h2;
+        leads[count] = r->lead;
+        count++;
+    }
+    FLOAT found = entry < least(t, bound) ? entry : (FLOAT)(INFINITY);
+    t = most(t, start);
+    INT live = (t < limit) & !(found < bound);
+    while (ANY(live)) {
+        FLOAT end = limit;
+        for (uint k = 0; k < count; k++) {
+            FLOAT next = lows[k] > t ? lows[k] : highs[k] > t ? highs[k] : (FLOAT)(INFINITY);
+            end = least(end, next);
+        }
+        Bernstein sum;
+        sum.c0 = sum.c1 = sum.c2 = sum.c3 = sum.c4 = sum.c5 = sum.c6 = 0.0f;
+        INT active = t > end; // none
+        FLOAT zero = 0.0f;
+        for (uint k = 0; k < count; k++) {
+            INT in = live & (lows[k] <= t) & (highs[k] >= end);
+            if (!ANY(in)) continue;
+            active = active | in;
+            FLOAT dl = t - middles[k], dh = end - middles[k];
+            FLOAT a0 = leads[k] * (dl * dl - squares[k]);
+            FLOAT a1 = leads[k] * (dl * dh - squares[k]);
+            FLOAT a2 = leads[k] * (dh * dh - squares[k]);
+            add_cube(&sum, in ? a0 : zero, in ? a1 : zero, in ? a2 : zero);
+        }
+        if (is_signed) {
+            INT alone = live & !active;
+            FLOAT closed = t < entry ? entry : t < leaves ? t : (FLOAT)(INFINITY);
+            INT met = alone & (closed < end);
+            found = met ? closed : found;
+            live = live & !met;
+        }
+        INT solve = live & active;
+        if (ANY(solve)) {
+            FLOAT dl = t - base_tm, dh = end - base_tm;
+            FLOAT lead = base->lead;
+            add_base(&sum, lead * (dl * dl - base_h2), lead * (dl * dh - base_h2), lead * (dh * dh - base_h2),
+                     1.0f - ray->kappa * t, 1.0f - ray->kappa * end);
+            FLOAT s = bernstein_first(&sum, solve, ray->shadow);
+            INT hit = solve & (s <= 1.0f);
+            found = hit ? t + s * (end - t) : found;
+            live = live & !hit;
+        }
+        t = end;
+        live = live & (t < limit);
+    }
+    if (!is_signed) found = ((found < bound) | !(entry < bound)) ? found : entry;
+    *answer = found;
+    return 1;
+}
+#endif
+
+// The first place from t on, before the bound, that is inside; infinity (or anything from the bound on) if there is none.
+static FLOAT freeform_first(const Ray *ray, uint id, uint begin, uint stop, FLOAT t, FLOAT bound)
+{
+#if WIDTH > 1
+    FLOAT found;
+    if (freeform_fast(ray, id, begin, stop, t, bound, &found)) return found;
+#endif
+    return freeform_next(ray, id, begin, stop, t, bound, 1.0f, t != t);
+}
+
+// As quadric_enter() (sign 1) and quadric_leave() (sign -1), for set operations: keeps the stretch that was found last. One that is under way at t began
+// before: -infinity, so that it does not decide there.
+static FLOAT freeform_advance(const Ray *ray, uint id, uint begin, uint stop, Stretch *stretch, FLOAT t, FLOAT bound, float sign)
+{
+    INT stale = (t >= stretch->end) & (t < bound);
+    if (ANY(stale)) {
+        FLOAT limit = stale ? bound : (FLOAT)(-INFINITY);
+        FLOAT entry = freeform_next(ray, id, begin, stop, t, limit, sign, (t == stretch->end) & (stretch->begin < INFINITY));
+        FLOAT end = freeform_next(ray, id, begin, stop, entry, limit, -sign, t == t);
+        FLOAT first = entry > t ? entry : (FLOAT)(-INFINITY);
+        stretch->begin = stale ? first : stretch->begin;
+        stretch->end = stale ? end : stretch->end;
+    }
+    return most(t, stretch->begin);
+}
+
+// Value and derivatives of W^6 F' at a place.
+static Slope freeform_slope(const Ray *ray, uint id, uint begin, uint stop, FLOAT w)
+{
+    Slope f = record_slope(ray->records + id, ray->u, ray->v, w);
+    FLOAT p = 1.0f - ray->kappa * w;
+    FLOAT p3 = p * p * p;
+    FLOAT p4 = p3 * p;
+    f.w = f.w * p4 - 4.0f * ray->kappa * p3 * f.value;
+    f.u *= p4;
+    f.v *= p4;
+    f.value *= p4;
+    FLOAT zero = 0.0f;
+    for (uint k = begin; k < stop; k++) {
+        __global const QuadricRecord *r = ray->records + ray->list[k];
+        Slope q = record_slope(r, ray->u, ray->v, w);
+        // The factor's sign is the strength's; inside the support the value has that of -lead between the roots, of lead outside.
+        INT in = q.value * (r->flags & RECORD_OUTSIDE ? r->lead : -r->lead) > 0.0f;
+        if (!ANY(in)) continue;
+        FLOAT square = in ? q.value * q.value : zero;
+        f.value += square * q.value;
+        f.u += 3.0f * square * q.u;
+        f.v += 3.0f * square * q.v;
+        f.w += 3.0f * square * q.w;
+    }
+    return f;
+}

@@ -1,0 +1,116 @@
+// Normals and shading.
+
+// What differs by leaf is done for the lanes of one leaf at a time, since a packet seldom has more than two.
+static uint next_value(UINT values, INT todo)
+{
+    UINT zero = 0;
+    return highest_uint(todo ? values + 1u : zero); // 1 + the highest value in lanes still to do; 0 where there is none
+}
+
+typedef struct Vector {
+    FLOAT x, y, z;
+} Vector;
+
+// The normal where the ray meets the leaf of that rank at w, towards the viewer, in the primary view's axes.
+static Vector surface_normal(const Ray *ray, UINT ranks, INT hits, FLOAT w)
+{
+    Vector n;
+    n.x = n.y = n.z = 0.0f;
+    INT todo = hits;
+    for (uint next = next_value(ranks, todo); next; next = next_value(ranks, todo)) {
+        INT mine = todo & (ranks == next - 1u);
+        todo = todo & !mine;
+        uint leaf = ray->nodes[next - 1u].leaf;
+        Slope slope;
+#ifdef HAS_FREEFORM
+        if (ray->nodes[leaf].count) {
+            uint begin = 0;
+            while (begin < ray->count && ray->list[begin] <= leaf) begin++;
+            uint stop = begin;
+            while (stop < ray->count && ray->list[stop] < ray->nodes[leaf].end) stop++;
+            slope = freeform_slope(ray, leaf, begin, stop, w);
+        } else
+#endif
+            slope = record_slope(ray->records + leaf, ray->u, ray->v, w);
+        n.x = mine ? slope.u : n.x;
+        n.y = mine ? slope.v : n.y;
+        n.z = mine ? slope.w : n.z;
+    }
+    // From screen coordinates: the gradient is (r, s, f) times these, up to a factor.
+    float kappa = ray->kappa;
+    FLOAT p = 1.0f - kappa * w;
+    n.z = p * n.z - kappa * (ray->u * n.x + ray->v * n.y);
+    FLOAT towards = kappa * (ray->u * n.x + ray->v * n.y) + n.z;
+    FLOAT scale = inverse_root(most(n.x * n.x + n.y * n.y + n.z * n.z, 1e-36f));
+    scale = towards > 0.0f ? -scale : scale;
+    n.x *= scale;
+    n.y *= scale;
+    n.z *= scale;
+    return n;
+}
+
+static FLOAT power(FLOAT base, float exponent)
+{
+    // log2 of a vector costs about four times as much as exp2, and pow seven times as much as log2.
+    return base2_power(exponent * base2_logarithm(most(base, 1e-30f)));
+}
+
+#ifdef INTEGER_SHININESS
+// By multiplication: exp2 and log2 would take a third of the time of the shading.
+static FLOAT integer_power(FLOAT base, uint exponent)
+{
+    FLOAT result = 1.0f;
+    for (; exponent; exponent >>= 1) {
+        if (exponent & 1u) result *= base;
+        base *= base;
+    }
+    return result;
+}
+#endif
+
+// The colour that the material of some lanes gives: color (ambient + emission), with the first lights, and for each light that is visible,
+// color diffuse (n l) + specular (r v)^shininess, per light colour.
+static void shade_material(__global const MaterialConstants *m, __global const LightConstants *lights, uint light_count,
+                           Vector p, Vector n, Vector v, UINT visible, INT mine, int first, Vector *color)
+{
+    float ambient = first ? m->ambient + m->emission : 0.0f;
+    Vector c;
+    c.x = m->color[0] * ambient;
+    c.y = m->color[1] * ambient;
+    c.z = m->color[2] * ambient;
+    FLOAT nv = n.x * v.x + n.y * v.y + n.z * v.z;
+    for (uint k = 0; k < light_count; k++) {
+        __global const LightConstants *light = lights + k;
+        INT lit = mine & ((visible & (1u << k)) != 0);
+        if (!ANY(lit)) continue;
+        Vector l;
+        l.x = light->at[0];
+        l.y = light->at[1];
+        l.z = light->at[2];
+        if (light->point) {
+            l.x -= p.x;
+            l.y -= p.y;
+            l.z -= p.z;
+            FLOAT scale = inverse_root(l.x * l.x + l.y * l.y + l.z * l.z);
+            l.x *= scale;
+            l.y *= scale;
+            l.z *= scale;
+        }
+        FLOAT nl = n.x * l.x + n.y * l.y + n.z * l.z;
+        FLOAT rv = most(2.0f * nl * nv - (l.x * v.x + l.y * v.y + l.z * v.z), 0.0f);
+#ifdef INTEGER_SHININESS
+        FLOAT shine = m->shininess == floor(m->shininess) && m->shininess <= 1024.0f ? integer_power(rv, (uint)m->shininess) : power(rv, m->shininess);
+#else
+        FLOAT shine = power(rv, m->shininess);
+#endif
+        FLOAT zero = 0.0f;
+        FLOAT diffuse = lit ? m->diffuse * most(nl, 0.0f) : zero;
+        shine = lit ? m->specular * shine : zero;
+        c.x += light->color[0] * (m->color[0] * diffuse + shine);
+        c.y += light->color[1] * (m->color[1] * diffuse + shine);
+        c.z += light->color[2] * (m->color[2] * diffuse + shine);
+    }
+    color->x = mine ? c.x : color->x;
+    color->y = mine ? c.y : color->y;
+    color->z = mine ? c.z : color->z;
+}

@@ -1,0 +1,115 @@
+// What the host (runtime/view.c, runtime/renderer.c) and the kernels share: the layout of every buffer.
+//
+// The same text is compiled by both sides, so it uses only float and unsigned (32 bits each on both). Structs are made of
+// members of 4 bytes; their sizes are asserted in runtime/renderer.c.
+//
+// Views. A view is a projective frame: the place X of screen coordinates (U, V, w), in the scene's world, is
+//
+//     X = O + unit (U r + V s + w f) / W,   W = 1 - kappa w
+//
+// with O its origin, r, s, f unit vectors at right angles (f along the rays) and kappa the inverse distance, in units, of the eye before O. So rays are
+// parallel to the w axis in screen coordinates, whatever the view: kappa = 0 for orthographic cameras and directional lights; for a perspective one the
+// eye is at w = -infinity and infinity at w = 1/kappa. Quadrics stay quadrics:  W² Q(X) = lead w² - 2 beta(U, V) w + q(U, V)  with a constant lead.
+#ifndef SCN_KERNELS_SHARED_H
+#define SCN_KERNELS_SHARED_H
+
+#define TILE_SIZE 32     // pixels, square
+#define TILE_PIXELS 1024
+
+// A quadric seen in a view. The numbers mean one of two things:
+//   by its middle, du = U - uc, dv = V - vc:
+//     W² Q = lead ((w - tm)² - h2),  tm = t0 + tu du + tv dv,  h2 = h0 + du (d + a du + b dv) + dv (e + c dv)
+//     where (uc, vc) is the centre of the conic h2 = 0 and d = e = 0 (RECORD_CENTRED), or, where it has none that is near (slabs, cylinders), 0 0
+//   general, where the middle or its root would be too large for floats (planes, very large quadrics, the eye on the surface):
+//     W² Q = lead w² - 2 beta w + q,  beta = t0 + tu U + tv V,  q = h0 + U (d + a U + b V) + V (e + c V)
+// The roots in w do not depend on a factor of Q. In a leaf the factor is free; in a perturbation it is cbrt(strength / factor of the base), with its sign.
+typedef struct QuadricRecord {
+    float uc, vc, h0, a, b, c;
+    float t0, tu, tv;
+    float lead;
+    unsigned flags;
+    float d, e;
+    float w_low; // of a perturbation: its support begins behind this
+    float spare[2];
+} QuadricRecord;
+
+#define RECORD_GENERAL 1u // the second form
+#define RECORD_OUTSIDE 2u // Q >= 0 outside the roots, not between them
+#define RECORD_SIGNED 4u  // a free form's base: some perturbation has a negative strength
+#define RECORD_CENTRED 16u
+#define RECORD_SLOW 8u    // cannot be solved by the fast free form path: not RECORD_CENTRED, or RECORD_OUTSIDE
+
+// Numbers of the plan. All leaves and perturbations have one number each, in prefix order: a component's first leaf, that leaf's
+// perturbations (or, if it is a group, that group's components), its second leaf … A component is named by the number of its first leaf.
+typedef struct PlanNode {
+    unsigned end;      // first number after this leaf and all that belongs to it
+    unsigned shape;    // of the component that begins here
+    unsigned after;    // first number after the component that begins here
+    unsigned material, object;
+    unsigned rank;     // among the leaves, as the scene says them: what packets keep of a leaf, so the lower wins by min()
+    unsigned leaf;     // not of this number: the leaf whose rank this index is
+    unsigned count;    // of perturbations
+} PlanNode;
+
+// Items are what tiles choose from: components and perturbations, in ascending order of their numbers. The box of an item in a view is where it can
+// matter: outside of it a component of a union is empty, one of an intersection everything, a perturbation 0. Arrays of item_stride floats each:
+#define BOX_U_LOW 0
+#define BOX_U_HIGH 1
+#define BOX_V_LOW 2
+#define BOX_V_HIGH 3
+#define BOX_W_LOW 4
+#define BOX_ARRAYS 5
+#define ITEM_STEP 16 // item_stride is a multiple of it; the rest is filled with empty boxes
+
+typedef struct ViewConstants {
+    float kappa;
+    float start;       // first w of the rays; -infinity where they come from the eye or from infinitely far
+    float limit;       // w beyond which nothing is seen
+    unsigned faced;    // 1: one of six views around a point, that sees a square cone of 90 degrees
+    unsigned first_record; // of the view
+    unsigned first_box;    // of the view, in floats
+    float unit_distance;   // 1/kappa; 0 for parallel views
+    float map[12];     // from the primary view's p = (U, V, w) / W to this one's, before division: three rows of four
+} ViewConstants;
+
+typedef struct LightConstants {
+    float color[3];
+    float at[3];       // directional: towards the light, unit length; point: its place; in the primary view's p
+    unsigned point;    // 1: a point light
+    unsigned shadow;
+    unsigned first_view, view_count;
+} LightConstants;
+
+typedef struct MaterialConstants {
+    float color[3];
+    float ambient, diffuse, specular, shininess, emission;
+} MaterialConstants;
+
+typedef struct FrameConstants {
+    int width, height;
+    int tiles_across;
+    unsigned layers;    // LAYER_ bits
+    float u0, v0;       // U, V of the left upper corner of the picture
+    float du, dv;       // a pixel's step
+    unsigned item_count, item_stride, light_count;
+    unsigned list_capacity; // items in the list of a tile
+    unsigned slot_size;     // of a tile's lists, in unsigneds
+    float bias;         // shadow rays begin this far off the surface, in units
+    float orthographic; // 1: w - start is the depth
+    float unit;         // world length of one unit
+    float origin[3];    // world place of the primary view's O
+    float axes[9];      // r, s, f of the primary view
+    float background[3];
+} FrameConstants;
+
+#define LAYER_COLOR 1u
+#define LAYER_DEPTH 2u
+#define LAYER_NORMAL 4u
+#define LAYER_POSITION 8u
+#define LAYER_ID 16u
+
+// Counters that the kernel gives back.
+#define COUNTER_LIST 0  // longest list that a tile wanted
+#define COUNTER_COUNT 4
+
+#endif

@@ -1,0 +1,258 @@
+// The kernel: a work-group renders a tile. In order: the tile's list; for each packet the first hit, its leaf and normal; for each light the list
+// of what can shadow the tile's hits, and for each packet what is in between; shading and the film. All in one kernel, so what a tile's
+// passes give each other stays in the cache: 28 kB of local memory.
+
+typedef struct Buffers {
+    __global const FrameConstants *frame;
+    __global const ViewConstants *views; // 0 is the primary one
+    __global const LightConstants *lights;
+    __global const QuadricRecord *records;
+    __global const float *boxes;
+    __global const uint *items;
+    __global const PlanNode *nodes;
+    __global const MaterialConstants *materials;
+    __global uint *slot;
+    __global uint *counters;
+} Buffers;
+
+typedef struct Tile { // a FLOAT or UINT for each packet
+    __local FLOAT *depth, *scale; // of the hit: w / W, 1 / W
+    __local FLOAT *x, *y, *z;     // normal
+    __local UINT *leaf;           // rank of the leaf that was hit; NO_LEAF: none
+    __local UINT *visible;        // a bit for each light
+    __local uint *shared;
+    int left, top; // pixels
+} Tile;
+
+#define FOR_EACH_BLOCK(k) for (uint k = (uint)get_local_id(0); k < BLOCKS; k += (uint)get_local_size(0))
+
+static List all_items(const Buffers *b, __global const ViewConstants *view)
+{
+    return (List){b->items, b->boxes + view->first_box, b->frame->item_stride, b->frame->item_count};
+}
+
+static Ray ray_of(const Buffers *b, __global const ViewConstants *view)
+{
+    Ray ray;
+    ray.u = ray.v = 0.0f;
+    ray.kappa = view->kappa;
+    ray.records = b->records + view->first_record;
+    ray.nodes = b->nodes;
+    ray.list = b->items;
+    ray.count = 0;
+    ray.shadow = 0;
+    return ray;
+}
+
+static FLOAT pixel_u(const Buffers *b, const Tile *tile, uint packet)
+{
+    float left = (float)(tile->left + (int)(packet % BLOCKS_ACROSS) * BLOCK_ACROSS);
+    return b->frame->u0 + (LANE_X + (left + 0.5f)) * b->frame->du;
+}
+
+static FLOAT pixel_v(const Buffers *b, const Tile *tile, uint packet)
+{
+    float top = (float)(tile->top + (int)(packet / BLOCKS_ACROSS) * BLOCK_DOWN);
+    return b->frame->v0 + (LANE_Y + (top + 0.5f)) * b->frame->dv;
+}
+
+// First surface of the scene on the rays, before the bound: where the rays enter it, or leave it where they begin inside.
+static FLOAT first_surface(const Ray *ray, FLOAT start, FLOAT bound, UINT *leaf)
+{
+    FLOAT w = scene_enter(ray, start, bound, leaf);
+    INT inside = (w <= start) & (w < bound);
+    if (ANY(inside)) {
+        UINT left;
+        FLOAT out = scene_leave(ray, start, inside ? bound : (FLOAT)(-INFINITY), &left);
+        w = inside ? out : w;
+        *leaf = inside ? left : *leaf;
+    }
+    return w;
+}
+
+// Answers 0 where the tile's list has no room.
+static int primary_hits(const Buffers *b, const Tile *tile, uint stages)
+{
+    __global const FrameConstants *frame = b->frame;
+    __global const ViewConstants *view = b->views;
+    float u0 = frame->u0 + frame->du * (float)tile->left, u1 = frame->u0 + frame->du * (float)(tile->left + TILE_SIZE);
+    float v0 = frame->v0 + frame->dv * (float)tile->top, v1 = frame->v0 + frame->dv * (float)(tile->top + TILE_SIZE);
+    Rect rect = {u0, u1, v1, v0, view->limit}; // v rises where pixels go down
+    int full = 0;
+    List list = list_make(all_items(b, view), &rect, b->slot, frame->list_capacity, b->counters, tile->shared, &full);
+    if (full || stages == 1) return !full;
+    Ray ray = ray_of(b, view);
+    FOR_EACH_BLOCK(k) {
+        ray.u = pixel_u(b, tile, k);
+        ray.v = pixel_v(b, tile, k);
+        float x = (float)((k % BLOCKS_ACROSS) * BLOCK_ACROSS), y = (float)((k / BLOCKS_ACROSS) * BLOCK_DOWN);
+        rect.u_low = u0 + x * frame->du;
+        rect.u_high = rect.u_low + BLOCK_ACROSS * frame->du;
+        rect.v_high = v0 + y * frame->dv;
+        rect.v_low = rect.v_high + BLOCK_DOWN * frame->dv;
+        ray.list = list_of_packet(list, &rect, SLOT_PACKET(b->slot, frame->list_capacity), frame->list_capacity, &ray.count);
+        UINT leaf = NO_LEAF;
+        if (ray.count) {
+            FLOAT w = first_surface(&ray, view->start, view->limit, &leaf);
+            INT hit = w < view->limit;
+            leaf = hit ? leaf : (UINT)(NO_LEAF);
+            if (ANY(hit)) {
+                Vector n = surface_normal(&ray, leaf, hit, w);
+                FLOAT scale = 1.0f / (1.0f - view->kappa * w);
+                tile->depth[k] = w * scale;
+                tile->scale[k] = scale;
+                tile->x[k] = n.x;
+                tile->y[k] = n.y;
+                tile->z[k] = n.z;
+            }
+        }
+        tile->leaf[k] = leaf;
+        tile->visible[k] = 0;
+    }
+    BARRIER;
+    return 1;
+}
+
+// The hit of a packet in the primary view's axes: p = (U, V, w) / W.
+static Vector hit_place(const Buffers *b, const Tile *tile, uint k)
+{
+    FLOAT scale = tile->scale[k];
+    return (Vector){pixel_u(b, tile, k) * scale, pixel_v(b, tile, k) * scale, tile->depth[k]};
+}
+
+// Which hits of a packet face the light, and where their rays are in one of its views: u, v, and how far they go.
+static INT light_rays(const Buffers *b, const Tile *tile, uint k, __global const LightConstants *light, __global const ViewConstants *view,
+                      FLOAT *u, FLOAT *v, FLOAT *w)
+{
+    Vector p = hit_place(b, tile, k);
+    Vector n = {tile->x[k], tile->y[k], tile->z[k]};
+    FLOAT nl;
+    if (light->point) nl = n.x * (light->at[0] - p.x) + n.y * (light->at[1] - p.y) + n.z * (light->at[2] - p.z);
+    else nl = n.x * light->at[0] + n.y * light->at[1] + n.z * light->at[2];
+    INT mine = (tile->leaf[k] != NO_LEAF) & (nl > 0.0f);
+    // Far away a place has fewer digits: the bias grows with it, or a plane would shadow itself towards its horizon.
+    FLOAT bias = b->frame->bias * (1.0f + 0.02f * most(most(size_of(p.x), size_of(p.y)), size_of(p.z)));
+    p.x += bias * n.x;
+    p.y += bias * n.y;
+    p.z += bias * n.z;
+    __global const float *m = view->map;
+    FLOAT x = m[0] * p.x + m[1] * p.y + m[2] * p.z + m[3];
+    FLOAT y = m[4] * p.x + m[5] * p.y + m[6] * p.z + m[7];
+    FLOAT z = m[8] * p.x + m[9] * p.y + m[10] * p.z + m[11];
+    FLOAT scale = 1.0f;
+    if (view->kappa > 0.0f) {
+        FLOAT depth = 1.0f + view->kappa * z;
+        mine = mine & (depth > 0.0f);
+        if (view->faced) {
+            FLOAT reach = depth * view->unit_distance * 1.0001f;
+            mine = mine & (size_of(x) <= reach) & (size_of(y) <= reach);
+        }
+        scale = 1.0f / depth;
+    }
+    *u = x * scale;
+    *v = y * scale;
+    *w = z * scale;
+    return mine;
+}
+
+#if WIDTH == 1
+// The rectangle around those of the work-items of the group.
+static Rect rect_of_group(Rect rect, __local uint *shared)
+{
+    uint lane = (uint)get_local_id(0);
+    shared[5 * lane] = as_uint(rect.u_low);
+    shared[5 * lane + 1] = as_uint(rect.u_high);
+    shared[5 * lane + 2] = as_uint(rect.v_low);
+    shared[5 * lane + 3] = as_uint(rect.v_high);
+    shared[5 * lane + 4] = as_uint(rect.w_high);
+    BARRIER;
+    for (uint k = 0; k < (uint)get_local_size(0); k++) {
+        rect.u_low = min(rect.u_low, as_float(shared[5 * k]));
+        rect.u_high = max(rect.u_high, as_float(shared[5 * k + 1]));
+        rect.v_low = min(rect.v_low, as_float(shared[5 * k + 2]));
+        rect.v_high = max(rect.v_high, as_float(shared[5 * k + 3]));
+        rect.w_high = max(rect.w_high, as_float(shared[5 * k + 4]));
+    }
+    BARRIER;
+    return rect;
+}
+#endif
+
+static Rect rect_around(FLOAT low_u, FLOAT high_u, FLOAT low_v, FLOAT high_v, FLOAT high_w)
+{
+    float4 lowest = lowest_of_four(low_u, -high_u, low_v, -high_v);
+    return (Rect){lowest.x, -lowest.y, lowest.z, -lowest.w, highest(high_w)};
+}
+
+// Answers 0 where the list of what can shadow has no room.
+static int shadow_view(const Buffers *b, const Tile *tile, __global const LightConstants *light, __global const ViewConstants *view, uint bit)
+{
+    // What the tile's hits span in the light's view.
+    FLOAT low_u = INFINITY, high_u = -INFINITY, low_v = INFINITY, high_v = -INFINITY, high_w = -INFINITY;
+    FLOAT infinite = INFINITY;
+    FOR_EACH_BLOCK(k) {
+        if (!ANY(tile->leaf[k] != NO_LEAF)) continue;
+        FLOAT u, v, w;
+        INT mine = light_rays(b, tile, k, light, view, &u, &v, &w);
+        low_u = (mine & (u < low_u)) ? u : low_u;
+        high_u = (mine & (u > high_u)) ? u : high_u;
+        low_v = (mine & (v < low_v)) ? v : low_v;
+        high_v = (mine & (v > high_v)) ? v : high_v;
+        high_w = (mine & (w > high_w)) ? w : high_w;
+    }
+    Rect rect = rect_around(low_u, high_u, low_v, high_v, high_w);
+#if WIDTH == 1
+    rect = rect_of_group(rect, tile->shared);
+#endif
+    if (rect.u_low > rect.u_high) return 1;
+    int full = 0;
+    List list = list_make(all_items(b, view), &rect, b->slot, b->frame->list_capacity, b->counters, tile->shared, &full);
+    if (full) return 0;
+    Ray ray = ray_of(b, view);
+    ray.shadow = 1;
+    FOR_EACH_BLOCK(k) {
+        if (!ANY(tile->leaf[k] != NO_LEAF)) continue;
+        FLOAT u, v, w;
+        INT mine = light_rays(b, tile, k, light, view, &u, &v, &w);
+        if (!ANY(mine)) continue;
+        INT clear = mine;
+        if (list.count) {
+            ray.u = u;
+            ray.v = v;
+            if (list.count > SHORT_LIST)
+                rect = rect_around(mine ? u : infinite, mine ? u : -infinite, mine ? v : infinite, mine ? v : -infinite, mine ? w : -infinite);
+            ray.list = list_of_packet(list, &rect, SLOT_PACKET(b->slot, b->frame->list_capacity), b->frame->list_capacity, &ray.count);
+            if (ray.count) {
+                FLOAT bound = mine ? w : -infinite;
+                UINT leaf;
+                clear = mine & !(first_surface(&ray, view->start, bound, &leaf) < bound);
+            }
+        }
+        UINT set = bit, none = 0;
+        tile->visible[k] |= clear ? set : none;
+    }
+    BARRIER;
+    return 1;
+}
+
+static int light_visible(const Buffers *b, const Tile *tile, __global const LightConstants *light, uint bit)
+{
+    if (!light->shadow) {
+        FOR_EACH_BLOCK(k) {
+            tile->visible[k] |= bit;
+        }
+        BARRIER;
+        return 1;
+    }
+    for (uint k = 0; k < light->view_count; k++)
+        if (!shadow_view(b, tile, light, b->views + light->first_view + k, bit)) return 0;
+    return 1;
+}
+
+static void clear_visible(const Tile *tile)
+{
+    FOR_EACH_BLOCK(k) {
+        tile->visible[k] = 0;
+    }
+    BARRIER;
+}
