@@ -1,0 +1,65 @@
+// The commands of scn: each takes the parsed command line and returns the exit status (options.h).
+#ifndef SCN_RUNTIME_COMMAND_H
+#define SCN_RUNTIME_COMMAND_H
+
+#include <stdio.h>
+
+#include <cjson/cJSON.h>
+
+#include "runtime/options.h"
+#include "runtime/scn.h"
+
+int command_render(const Options *options); // render and run
+int command_build(const Options *options);
+int command_check(const Options *options);
+int command_fmt(const Options *options);
+int command_info(const Options *options);
+int command_dump(const Options *options);
+int command_bench(const Options *options);
+int command_devices(const Options *options);
+int command_explain(const Options *options);
+
+// The temporary file that is open, which the signal handlers of main.c remove.
+ScnUnfinished *command_unfinished(void);
+
+// The folder of temporary files that is in use, which they remove too; "" if there is none.
+char *command_folder(void);
+
+// Prints "scn: …" and the end of the line to standard error.
+void command_error(const char *format, ...) __attribute__((format(printf, 1, 2)));
+
+// The exit status for a status of the library; what is not SCN_OK is printed.
+int command_result(const ScnScene *scene, ScnStatus status);
+
+// Whether messages on a stream are coloured.
+bool command_color(const Options *options, FILE *out);
+
+// Loads the file of the command line and prints what the compiler says. NULL with the exit status in `status`.
+// scn_free() it.
+ScnScene *command_load(const Options *options, int *status);
+
+// What command_load() gives to scn_load(): its parts point into `options` and into `names`.
+typedef struct CommandScene {
+    ScnSceneDesc desc;
+    ScnSetting settings[OPTION_LIMIT];
+    char names[OPTION_LIMIT][256];
+} CommandScene;
+void command_describe(const Options *options, CommandScene *scene);
+
+// Prints what the compiler says and what the scene prints, and returns the exit status; where that is not 0 the scene
+// is freed.
+int command_loaded(const Options *options, ScnScene *scene);
+
+// The moment and the number of the frame of --time. False with a message.
+bool command_time(const Options *options, const ScnScene *scene, double *time, double *frame);
+
+// Prints JSON to a stream and frees it; false where it cannot be written.
+bool command_json(FILE *out, cJSON *json);
+
+// The same into a file that appears whole, or for "-" to standard output. The exit status; what fails is printed.
+int command_json_file(const char *path, cJSON *json);
+
+// Largest memory of the process so far, in bytes.
+double command_peak_memory(void);
+
+#endif

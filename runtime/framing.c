@@ -1,0 +1,120 @@
+#include "runtime/framing.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "runtime/view.h"
+
+#define STEPS  8    // a ball needs three
+#define MARGIN 1.12 // of the picture around what is seen
+
+typedef struct Framing {
+    const Plan *plan;
+    double *const *moments;
+    int count, width, height;
+    Layout layout;
+    QuadricRecord *records;
+    float *boxes;
+    Box bounds; // in the world, of all moments
+} Framing;
+
+// What is seen in the picture's coordinates: -1 … 1 from side to side and from bottom to top.
+typedef struct Extent {
+    double low[2], high[2];
+} Extent;
+
+static void join_item(Extent *extent, const float *boxes, uint32_t stride, const Screen *screen)
+{
+    static const int low[2] = {BOX_U_LOW, BOX_V_LOW}, high[2] = {BOX_U_HIGH, BOX_V_HIGH};
+    const double half[2] = {-screen->u0, screen->v0};
+    if (!(boxes[BOX_U_LOW * stride] <= boxes[BOX_U_HIGH * stride])) return; // empty
+    for (int c = 0; c < 2; c++) {
+        extent->low[c] = fmin(extent->low[c], boxes[(uint32_t)low[c] * stride] / half[c]);
+        extent->high[c] = fmax(extent->high[c], boxes[(uint32_t)high[c] * stride] / half[c]);
+    }
+}
+
+// What all moments show. False where that is nothing, or goes beyond all sides.
+static bool find_extent(Framing *f, const double camera[15], Extent *extent)
+{
+    *extent = (Extent){{INFINITY, INFINITY}, {-INFINITY, -INFINITY}};
+    for (int m = 0; m < f->count; m++) {
+        double *values = f->moments[m];
+        memcpy(values + f->plan->camera, camera, 15 * sizeof(double));
+        Projection projection;
+        Screen screen;
+        view_primary(&f->layout, values, &f->bounds, f->width, f->height, &projection, &screen);
+        view_fold(&f->layout, values, &projection, f->records, f->boxes);
+        for (uint32_t i = 0; i < f->layout.item_count; i++)
+            join_item(extent, f->boxes + i, f->layout.item_stride, &screen);
+    }
+    for (int c = 0; c < 2; c++)
+        if (!isfinite(extent->low[c]) || !isfinite(extent->high[c]) || extent->low[c] >= extent->high[c]) return false;
+    return true;
+}
+
+// Moves the camera sideways so that the middle of what is seen is in the middle of the picture, and along its view (or
+// changes the height of an orthographic picture) so that it fills it.
+static void improve(const Framing *f, double camera[15], const Extent *extent)
+{
+    CameraAxes axes;
+    camera_axes(camera, &axes);
+    double *eye = camera, *look_at = camera + 3, distance = 0;
+    for (int c = 0; c < 3; c++) distance += (eye[c] - look_at[c]) * axes.back[c];
+    double half_height = f->plan->orthographic ? camera[10] / 2 : distance * tan(camera[9] / 2);
+    double half_width = half_height * f->width / f->height, size = 0;
+    for (int c = 0; c < 2; c++) size = fmax(size, (extent->high[c] - extent->low[c]) / 2);
+    double right = half_width * (extent->low[0] + extent->high[0]) / 2,
+           up = half_height * (extent->low[1] + extent->high[1]) / 2;
+    if (f->plan->orthographic)
+        camera[10] *= size * MARGIN;
+    else
+        distance *= size * MARGIN;
+    for (int c = 0; c < 3; c++) {
+        look_at[c] += right * axes.right[c] + up * axes.up[c];
+        eye[c] = look_at[c] + distance * axes.back[c];
+    }
+}
+
+static bool fits(const Extent *extent)
+{
+    double most = fmax(fmax(-extent->low[0], extent->high[0]), fmax(-extent->low[1], extent->high[1]));
+    return most <= 1;
+}
+
+static void find_bounds(Framing *f)
+{
+    f->bounds = (Box){{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
+    for (int m = 0; m < f->count; m++) {
+        Box box;
+        view_bounds(&f->layout, f->moments[m], &box);
+        box_join(&f->bounds, &box);
+    }
+}
+
+bool framing_camera(const Plan *plan, double *const *moments, int count, int width, int height, double camera[15])
+{
+    Framing f = {.plan = plan, .moments = moments, .count = count, .width = width, .height = height};
+    if (!layout_init(&f.layout, plan)) return false;
+    f.records = malloc((f.layout.record_count + 1u) * sizeof *f.records);
+    f.boxes = malloc((f.layout.item_stride + 1u) * BOX_ARRAYS * sizeof *f.boxes);
+    bool ok = f.records && f.boxes;
+    if (ok) {
+        find_bounds(&f);
+        camera_frame(camera, plan->orthographic, &f.bounds, (double)width / height);
+        double best[15];
+        memcpy(best, camera, sizeof best);
+        for (int step = 0; step < STEPS; step++) {
+            Extent extent;
+            if (!find_extent(&f, camera, &extent)) break;
+            if (step && fits(&extent)) memcpy(best, camera, sizeof best);
+            improve(&f, camera, &extent);
+        }
+        memcpy(camera, best, sizeof best);
+    }
+    free(f.records);
+    free(f.boxes);
+    layout_release(&f.layout);
+    return ok;
+}

@@ -1,0 +1,472 @@
+// A frame is cut into bands of tiles, so that a cancelled one ends soon: a band is made about as long as BAND_MS from what the bands before it
+// took, and two are under way at a time. Tiles are independent, so neither bands nor threads can be seen in a picture.
+//
+// The layers of a CPU's film are buffers over the film's own memory: nothing is copied.
+#include "runtime/renderer.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+#include "compiler/emit.h"
+#include "runtime/view.h"
+
+_Static_assert(sizeof(QuadricRecord) == 64, "as on the device");
+_Static_assert(sizeof(PlanNode) == 32, "as on the device");
+_Static_assert(sizeof(ViewConstants) == 19 * 4, "as on the device");
+_Static_assert(sizeof(LightConstants) == 10 * 4, "as on the device");
+_Static_assert(sizeof(MaterialConstants) == 8 * 4, "as on the device");
+_Static_assert(sizeof(FrameConstants) == 31 * 4, "as on the device");
+
+#define BAND_MS 25.0
+#define FIRST_BAND 128           // tiles, before anything is known
+#define LIST_ROOM 1024           // items in a tile's list, at first
+#define LIST_BYTES (64u << 20)   // for the lists of the tiles of a band
+#define SHADOW_BIAS 1e-4         // in units
+#define FILM_LAYERS 5
+
+typedef struct Buffer {
+    cl_mem mem;
+    size_t size;
+    void *host; // the memory it lies over; NULL: its own
+} Buffer;
+
+typedef enum BufferName {
+    BUFFER_FRAME, BUFFER_VIEWS, BUFFER_LIGHTS, BUFFER_RECORDS, BUFFER_BOXES, BUFFER_ITEMS, BUFFER_NODES, BUFFER_MATERIALS,
+    BUFFER_WORK, BUFFER_COUNTERS, BUFFER_FILM, BUFFER_COUNT = BUFFER_FILM + FILM_LAYERS
+} BufferName;
+
+struct Renderer {
+    const Device *device;
+    const Plan *plan;
+    Layout layout;
+    cl_kernel kernel;
+    Buffer buffers[BUFFER_COUNT]; // in the order of the kernel's arguments
+    // What the device holds of the frame before.
+    double *values;
+    Projection *views;
+    int view_count, view_capacity, folded; // folded: views whose records and boxes are those of `values`
+    Projection *wanted;
+    ViewConstants *view_constants;
+    LightConstants *light_constants;
+    MaterialConstants *material_constants;
+    FrameConstants frame;
+    uint32_t list_room; // items in the list of a tile
+    uint32_t slots;     // tiles that have room for their lists: at most as many run at a time
+    double tile_ms; // what a tile took; 0: not known
+};
+
+static double now_ms(void)
+{
+    struct timespec now;
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    return (double)now.tv_sec * 1e3 + (double)now.tv_nsec * 1e-6;
+}
+
+// Buffers.
+
+static void buffer_release(Buffer *buffer)
+{
+    if (buffer->mem) clReleaseMemObject(buffer->mem);
+    *buffer = (Buffer){0};
+}
+
+// Makes the buffer at least `size` bytes, or exactly over `host`. What it held is lost if it changes.
+static bool buffer_ensure(Renderer *r, BufferName name, size_t size, void *host, Failure *failure)
+{
+    Buffer *buffer = &r->buffers[name];
+    if (size < 64) size = 64;
+    if (buffer->mem && buffer->host == host && (host ? buffer->size == size : buffer->size >= size)) return true;
+    buffer_release(buffer);
+    cl_int status;
+    buffer->mem = clCreateBuffer(r->device->context, CL_MEM_READ_WRITE | (host ? CL_MEM_USE_HOST_PTR : 0), size, host, &status);
+    if (status != CL_SUCCESS) {
+        buffer->mem = NULL;
+        return fail(failure, "the device has no %.1f MB for this picture: %s", (double)size / 1e6, device_error(status));
+    }
+    buffer->size = size;
+    buffer->host = host;
+    return true;
+}
+
+static bool buffer_write(Renderer *r, BufferName name, const void *data, size_t size, Failure *failure)
+{
+    if (!buffer_ensure(r, name, size, NULL, failure)) return false;
+    if (!size) return true;
+    cl_int status = clEnqueueWriteBuffer(r->device->queue, r->buffers[name].mem, CL_TRUE, 0, size, data, 0, NULL, NULL);
+    if (status != CL_SUCCESS) return fail(failure, "cannot write to the device: %s", device_error(status));
+    return true;
+}
+
+static void *buffer_map(Renderer *r, BufferName name, cl_map_flags flags, size_t offset, size_t size, Failure *failure)
+{
+    cl_int status;
+    void *host = clEnqueueMapBuffer(r->device->queue, r->buffers[name].mem, CL_TRUE, flags, offset, size, 0, NULL, NULL, &status);
+    if (status == CL_SUCCESS) return host;
+    fail(failure, "cannot reach the device's memory: %s", device_error(status));
+    return NULL;
+}
+
+static void buffer_unmap(Renderer *r, BufferName name, void *host)
+{
+    clEnqueueUnmapMemObject(r->device->queue, r->buffers[name].mem, host, 0, NULL, NULL);
+}
+
+// Making.
+
+Renderer *renderer_new(const Device *device, cl_program program, const Plan *plan, Failure *failure)
+{
+    Renderer *r = calloc(1, sizeof *r);
+    if (!r) {
+        fail(failure, "out of memory");
+        return NULL;
+    }
+    r->device = device;
+    r->plan = plan;
+    cl_int status;
+    r->kernel = clCreateKernel(program, EMIT_KERNEL, &status);
+    if (status != CL_SUCCESS) {
+        fail(failure, "the device's program has no kernel: %s", device_error(status));
+        free(r);
+        return NULL;
+    }
+    bool ready = layout_init(&r->layout, plan);
+    r->values = calloc(plan->slot_count + 1, sizeof *r->values);
+    r->light_constants = calloc(plan->light_count + 1, sizeof *r->light_constants);
+    r->material_constants = calloc(plan->material_count + 1, sizeof *r->material_constants);
+    r->view_capacity = 1 + 6 * (int)plan->light_count;
+    r->views = calloc((size_t)r->view_capacity, sizeof *r->views);
+    r->wanted = calloc((size_t)r->view_capacity, sizeof *r->wanted);
+    r->view_constants = calloc((size_t)r->view_capacity, sizeof *r->view_constants);
+    if (!ready || !r->values || !r->light_constants || !r->material_constants || !r->views || !r->wanted || !r->view_constants) {
+        fail(failure, "out of memory");
+        renderer_free(r);
+        return NULL;
+    }
+    const Layout *layout = &r->layout;
+    if (!buffer_write(r, BUFFER_ITEMS, layout->items, layout->item_stride * sizeof *layout->items, failure) ||
+        !buffer_write(r, BUFFER_NODES, layout->nodes, layout->record_count * sizeof *layout->nodes, failure)) {
+        renderer_free(r);
+        return NULL;
+    }
+    r->list_room = layout->item_stride < LIST_ROOM ? layout->item_stride : LIST_ROOM;
+    return r;
+}
+
+void renderer_free(Renderer *r)
+{
+    if (!r) return;
+    for (int k = 0; k < BUFFER_COUNT; k++) buffer_release(&r->buffers[k]);
+    if (r->kernel) clReleaseKernel(r->kernel);
+    layout_release(&r->layout);
+    free(r->values);
+    free(r->light_constants);
+    free(r->material_constants);
+    free(r->views);
+    free(r->wanted);
+    free(r->view_constants);
+    free(r);
+}
+
+void renderer_bounds(Renderer *r, const double *values, Box *box)
+{
+    view_bounds(&r->layout, values, box);
+}
+
+// Views.
+
+static int make_lights(Renderer *r, const double *values, const Box *bounds)
+{
+    const Plan *plan = r->plan;
+    const Projection *primary = &r->wanted[0];
+    int count = 1;
+    for (uint32_t k = 0; k < plan->light_count; k++) {
+        const PlanLight *light = &plan->lights[k];
+        const double *v = values + light->values;
+        LightConstants *c = &r->light_constants[k];
+        int views = v[13] != 0 ? view_light(plan, values, light, bounds, primary, &r->wanted[count]) : 0;
+        *c = (LightConstants){.point = light->kind != LIGHT_DIRECTIONAL, .shadow = v[13] != 0,
+                              .first_view = (unsigned)count, .view_count = (unsigned)views};
+        double length = sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+        for (int axis = 0; axis < 3; axis++) {
+            const double *a = primary->axis[axis], *o = primary->origin;
+            c->color[axis] = (float)v[6 + axis];
+            double at = c->point ? (a[0] * (v[3] - o[0]) + a[1] * (v[4] - o[1]) + a[2] * (v[5] - o[2])) / primary->unit
+                                 : -(a[0] * v[0] + a[1] * v[1] + a[2] * v[2]) / (length > 0 ? length : 1);
+            c->at[axis] = (float)at;
+        }
+        for (int view = 0; view < views; view++) r->view_constants[count + view].faced = views > 1;
+        count += views;
+    }
+    return count;
+}
+
+static void make_view_constants(Renderer *r, int count)
+{
+    for (int k = 0; k < count; k++) {
+        const Projection *p = &r->wanted[k];
+        ViewConstants *c = &r->view_constants[k];
+        c->kappa = (float)p->kappa;
+        c->start = (float)p->start;
+        c->limit = (float)p->limit;
+        c->first_record = (unsigned)k * r->layout.record_count;
+        c->first_box = (unsigned)k * BOX_ARRAYS * r->layout.item_stride;
+        c->unit_distance = p->kappa > 0 ? (float)(1 / p->kappa) : 0;
+        view_map(&r->wanted[0], p, c->map);
+    }
+}
+
+// Folds the views that are not on the device yet.
+static bool fold_views(Renderer *r, const double *values, int count, Failure *failure)
+{
+    const Layout *layout = &r->layout;
+    size_t records = (size_t)layout->record_count * sizeof(QuadricRecord);
+    size_t boxes = (size_t)layout->item_stride * BOX_ARRAYS * sizeof(float);
+    cl_mem old_records = r->buffers[BUFFER_RECORDS].mem, old_boxes = r->buffers[BUFFER_BOXES].mem;
+    if (!buffer_ensure(r, BUFFER_RECORDS, records * (size_t)count, NULL, failure) ||
+        !buffer_ensure(r, BUFFER_BOXES, boxes * (size_t)count, NULL, failure)) {
+        r->folded = 0;
+        return false;
+    }
+    if (old_records != r->buffers[BUFFER_RECORDS].mem || old_boxes != r->buffers[BUFFER_BOXES].mem) r->folded = 0;
+    if (!view_same_geometry(layout, values, r->values)) r->folded = 0;
+    for (int k = 0; k < count; k++) {
+        if (k < r->folded && !memcmp(&r->views[k], &r->wanted[k], sizeof *r->views)) continue;
+        if (records) {
+            QuadricRecord *to = buffer_map(r, BUFFER_RECORDS, CL_MAP_WRITE, records * (size_t)k, records, failure);
+            float *box = to ? buffer_map(r, BUFFER_BOXES, CL_MAP_WRITE, boxes * (size_t)k, boxes, failure) : NULL;
+            if (!box) {
+                r->folded = 0;
+                return false;
+            }
+            view_fold(&r->layout, values, &r->wanted[k], to, box);
+            buffer_unmap(r, BUFFER_RECORDS, to);
+            buffer_unmap(r, BUFFER_BOXES, box);
+        }
+        r->views[k] = r->wanted[k];
+    }
+    r->folded = count;
+    return true;
+}
+
+static void make_materials(Renderer *r, const double *values)
+{
+    for (uint32_t k = 0; k < r->plan->material_count; k++) {
+        const double *v = values + r->plan->materials[k].values;
+        r->material_constants[k] = (MaterialConstants){{(float)v[0], (float)v[1], (float)v[2]}, (float)v[3], (float)v[4], (float)v[5],
+                                                       (float)v[6], (float)v[10]};
+    }
+}
+
+// Film.
+
+static void film_layers(const Film *film, void *memory[FILM_LAYERS], size_t size[FILM_LAYERS])
+{
+    size_t pixels = (size_t)film->width * (size_t)film->height;
+    void *all[FILM_LAYERS] = {film->color, film->depth, film->normal, film->position, film->id};
+    static const int channels[FILM_LAYERS] = {4, 1, 3, 3, 1};
+    for (int k = 0; k < FILM_LAYERS; k++) {
+        memory[k] = (film->layers >> k & 1u) ? all[k] : NULL;
+        size[k] = memory[k] ? pixels * (size_t)channels[k] * sizeof(float) : 0;
+    }
+}
+
+static bool ensure_film(Renderer *r, const Film *film, Failure *failure)
+{
+    void *memory[FILM_LAYERS];
+    size_t size[FILM_LAYERS];
+    film_layers(film, memory, size);
+    for (int k = 0; k < FILM_LAYERS; k++)
+        if (!buffer_ensure(r, BUFFER_FILM + k, size[k], r->device->info.is_cpu ? memory[k] : NULL, failure)) return false;
+    return true;
+}
+
+static bool read_film(Renderer *r, const Film *film, Failure *failure)
+{
+    void *memory[FILM_LAYERS];
+    size_t size[FILM_LAYERS];
+    film_layers(film, memory, size);
+    for (int k = 0; k < FILM_LAYERS; k++) {
+        if (!memory[k]) continue;
+        if (r->buffers[BUFFER_FILM + k].host) {
+            void *host = buffer_map(r, BUFFER_FILM + k, CL_MAP_READ, 0, size[k], failure);
+            if (!host) return false;
+            buffer_unmap(r, BUFFER_FILM + k, host);
+            continue;
+        }
+        cl_int status = clEnqueueReadBuffer(r->device->queue, r->buffers[BUFFER_FILM + k].mem, CL_TRUE, 0, size[k], memory[k], 0, NULL, NULL);
+        if (status != CL_SUCCESS) return fail(failure, "cannot read from the device: %s", device_error(status));
+    }
+    return true;
+}
+
+// Frames.
+
+static bool set_arguments(Renderer *r, RenderStages stages, Failure *failure)
+{
+    cl_int status = CL_SUCCESS;
+    for (cl_uint k = 0; k < BUFFER_COUNT && status == CL_SUCCESS; k++)
+        status = clSetKernelArg(r->kernel, k, sizeof(cl_mem), &r->buffers[k].mem);
+    cl_uint number = stages;
+    if (status == CL_SUCCESS) status = clSetKernelArg(r->kernel, BUFFER_COUNT + 1, sizeof number, &number);
+    if (status != CL_SUCCESS) return fail(failure, "cannot set the kernel's arguments: %s", device_error(status));
+    return true;
+}
+
+static bool upload(Renderer *r, const RenderJob *job, uint32_t tiles_across, RenderStats *stats, Failure *failure)
+{
+    const Film *film = job->film;
+    const Plan *plan = r->plan;
+    const double *values = job->values;
+    double begin = now_ms();
+    Box bounds;
+    Screen screen;
+    view_bounds(&r->layout, values, &bounds);
+    view_primary(&r->layout, values, &bounds, film->width, film->height, &r->wanted[0], &screen);
+    int views = make_lights(r, values, &bounds);
+    make_view_constants(r, views);
+    if (!fold_views(r, values, views, failure)) return false;
+    memcpy(r->values, values, plan->slot_count * sizeof *values);
+    make_materials(r, values);
+    stats->fold_ms = now_ms() - begin;
+    stats->views = views;
+
+    const Projection *primary = &r->wanted[0];
+    r->frame = (FrameConstants){
+        .width = film->width, .height = film->height, .tiles_across = (int)tiles_across, .layers = film->layers,
+        .u0 = (float)(screen.u0 + (film->place_x - 0.5) * screen.du), .v0 = (float)(screen.v0 + (film->place_y - 0.5) * screen.dv),
+        .du = (float)screen.du, .dv = (float)screen.dv,
+        .item_count = r->layout.item_count, .item_stride = r->layout.item_stride, .light_count = plan->light_count,
+        .bias = (float)SHADOW_BIAS,
+        .orthographic = plan->orthographic, .unit = (float)primary->unit};
+    for (int k = 0; k < 3; k++) {
+        r->frame.origin[k] = (float)primary->origin[k];
+        r->frame.background[k] = (float)values[plan->background + (Slot)k];
+        for (int axis = 0; axis < 3; axis++) r->frame.axes[3 * axis + k] = (float)primary->axis[axis][k];
+    }
+    return buffer_write(r, BUFFER_VIEWS, r->view_constants, (size_t)views * sizeof *r->view_constants, failure) &&
+           buffer_write(r, BUFFER_LIGHTS, r->light_constants, plan->light_count * sizeof *r->light_constants, failure) &&
+           buffer_write(r, BUFFER_MATERIALS, r->material_constants, plan->material_count * sizeof *r->material_constants, failure);
+}
+
+// Room for lists of `list_room` items, for as many tiles as fit, and all the kernel's arguments.
+static bool make_room(Renderer *r, uint32_t tiles, RenderStages stages, Failure *failure)
+{
+    uint32_t slot_size = (2 + BOX_ARRAYS) * r->list_room;
+    r->slots = LIST_BYTES / 4 / slot_size;
+    if (r->slots < 2) r->slots = 2;
+    if (r->slots > tiles) r->slots = tiles;
+    r->frame.list_capacity = r->list_room;
+    r->frame.slot_size = slot_size;
+    unsigned zeros[COUNTER_COUNT] = {0};
+    return buffer_ensure(r, BUFFER_WORK, (size_t)r->slots * slot_size * 4, NULL, failure) &&
+           buffer_write(r, BUFFER_FRAME, &r->frame, sizeof r->frame, failure) &&
+           buffer_write(r, BUFFER_COUNTERS, zeros, sizeof zeros, failure) && set_arguments(r, stages, failure);
+}
+
+// The longest list that did not fit; 0 if all did.
+static bool read_longest_list(Renderer *r, uint32_t *longest, Failure *failure)
+{
+    unsigned counters[COUNTER_COUNT];
+    cl_int status = clEnqueueReadBuffer(r->device->queue, r->buffers[BUFFER_COUNTERS].mem, CL_TRUE, 0, sizeof counters, counters, 0, NULL, NULL);
+    if (status != CL_SUCCESS) return fail(failure, "cannot read from the device: %s", device_error(status));
+    *longest = counters[COUNTER_LIST];
+    return true;
+}
+
+static bool is_cancelled(const RenderJob *job)
+{
+    return job->cancel && atomic_load_explicit(job->cancel, memory_order_relaxed);
+}
+
+typedef struct Band {
+    cl_event event; // NULL: none
+    uint32_t tiles;
+} Band;
+
+// Waits for a band and learns what a tile takes; `*mark` is when the device began with it, and then when it ended.
+static bool finish_band(Renderer *r, Band *band, double *mark, Failure *failure)
+{
+    if (!band->event) return true;
+    cl_int status = clWaitForEvents(1, &band->event);
+    clReleaseEvent(band->event);
+    band->event = NULL;
+    double end = now_ms();
+    r->tile_ms = fmax((end - *mark) / band->tiles, 1e-6);
+    *mark = end;
+    if (status != CL_SUCCESS) return fail(failure, "the device failed: %s", device_error(status));
+    return true;
+}
+
+static bool start_band(Renderer *r, Band *band, uint32_t first, uint32_t tiles, Failure *failure)
+{
+    // PoCL's binaries hold the function for work-groups of one; elsewhere a group shares its tile.
+    size_t local = r->device->width == 1 && !r->device->info.is_cpu ? 64 : 1;
+    size_t global = tiles * local;
+    cl_uint begin = first;
+    cl_int status = clSetKernelArg(r->kernel, BUFFER_COUNT, sizeof begin, &begin);
+    if (status == CL_SUCCESS) status = clEnqueueNDRangeKernel(r->device->queue, r->kernel, 1, NULL, &global, &local, 0, NULL, &band->event);
+    if (status != CL_SUCCESS) {
+        band->event = NULL;
+        return fail(failure, "the device does not run the kernel: %s", device_error(status));
+    }
+    band->tiles = tiles;
+    clFlush(r->device->queue);
+    return true;
+}
+
+// At most `slots` tiles a band: as many have room for their lists. Bands run one after another, so they share it.
+static RenderResult run_bands(Renderer *r, const RenderJob *job, uint32_t tiles, RenderStats *stats, Failure *failure)
+{
+    Band running = {0}, next;
+    RenderResult result = RENDER_DONE;
+    double mark = now_ms();
+    for (uint32_t first = 0; first < tiles; first += next.tiles) {
+        if (is_cancelled(job)) {
+            result = RENDER_CANCELLED;
+            break;
+        }
+        double fit = r->tile_ms > 0 ? BAND_MS / r->tile_ms : FIRST_BAND;
+        uint32_t count = fit < 1 ? 1 : fit < r->slots ? (uint32_t)fit : r->slots;
+        if (count > tiles - first) count = tiles - first;
+        if (!start_band(r, &next, first, count, failure)) {
+            result = RENDER_FAILED;
+            break;
+        }
+        stats->bands++;
+        bool good = finish_band(r, &running, &mark, failure);
+        running = next;
+        if (!good) {
+            result = RENDER_FAILED;
+            break;
+        }
+    }
+    if (!finish_band(r, &running, &mark, failure)) result = RENDER_FAILED;
+    return result;
+}
+
+RenderResult renderer_frame(Renderer *r, const RenderJob *job, RenderStats *stats, Failure *failure)
+{
+    RenderStats unused;
+    if (!stats) stats = &unused;
+    *stats = (RenderStats){.items = r->layout.item_count};
+    const Film *film = job->film;
+    uint32_t across = ((uint32_t)film->width + TILE_SIZE - 1) / TILE_SIZE, down = ((uint32_t)film->height + TILE_SIZE - 1) / TILE_SIZE;
+    uint32_t tiles = across * down;
+    if (!ensure_film(r, film, failure) || !upload(r, job, across, stats, failure)) return RENDER_FAILED;
+    double began = now_ms();
+    uint32_t longest = 0;
+    RenderResult result;
+    do { // again where a list did not fit: the lists of pixels, and then those of lights, so at most three times
+        while (r->list_room < longest) r->list_room *= 2;
+        if (!make_room(r, tiles, job->stages, failure)) return RENDER_FAILED;
+        result = run_bands(r, job, tiles, stats, failure);
+        if (result != RENDER_FAILED && !read_longest_list(r, &longest, failure)) return RENDER_FAILED;
+    } while (result == RENDER_DONE && longest);
+    if (result == RENDER_FAILED || !read_film(r, film, failure)) return RENDER_FAILED;
+    stats->run_ms = now_ms() - began;
+    stats->list_room = r->list_room;
+    for (int k = 0; k < BUFFER_COUNT; k++) stats->device_bytes += r->buffers[k].size;
+    return result;
+}
