@@ -1,0 +1,85 @@
+// Writes the words of the language as JSON, for editors: words.json in the build folder.
+//
+//     {"reserved": [{"word", "about"} …], "units": […], "marks": […], "built_in": [{"word", "kind", "signature", "about", "later"} …]}
+//
+// They come from the tables of the scanner (lang/words.def) and the checker (compiler/builtins.def), and from the tags and tools of the
+// prelude, so no list of words is written twice.
+#include <cjson/cJSON.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "compiler/builtins.h"
+#include "lang/ast.h"
+#include "lang/unit.h"
+#include "stdlib_text.h"
+
+static cJSON *add_word(cJSON *list, const char *word, size_t length, const char *about)
+{
+    cJSON *entry = cJSON_CreateObject();
+    char *text = strndup(word, length);
+    if (!entry || !text) abort();
+    cJSON_AddStringToObject(entry, "word", text);
+    if (about) cJSON_AddStringToObject(entry, "about", about);
+    cJSON_AddItemToArray(list, entry);
+    free(text);
+    return entry;
+}
+
+static const char *const kinds[] = {
+    [KIND_SET] = "set", [KIND_SHAPE] = "shape", [KIND_PERTURBATION] = "perturbation", [KIND_OPERATION] = "operation",
+    [KIND_MODIFIER] = "modifier", [KIND_THING] = "thing", [KIND_ANSWER] = "answer", [KIND_FUNCTION] = "function",
+    [KIND_CONSTANT] = "constant", [KIND_EASING] = "easing"};
+
+static void add_table(cJSON *list)
+{
+    for (int k = 0; k < BUILTIN_END; k++) {
+        const Builtin *b = &builtins[k];
+        cJSON *entry = add_word(list, b->signature, strcspn(b->signature, "(: "), b->doc);
+        cJSON_AddStringToObject(entry, "kind", kinds[b->kind]);
+        cJSON_AddStringToObject(entry, "signature", b->signature);
+        cJSON_AddBoolToObject(entry, "later", b->since == SINCE_LATER);
+    }
+}
+
+// The tags and tools of the prelude; names that begin with _ are its own.
+static void add_prelude(cJSON *list)
+{
+    Unit unit;
+    unit_init(&unit);
+    for (const stdlib_text_file *file = stdlib_text_files; file->name; file++) {
+        const Source *source = source_add(&unit.sources, file->name, (const char *)file->text, file->length, (Span){0});
+        const Node *tree = parse_source(&unit, source);
+        for (const Node *item = tree->a; item; item = item->next) {
+            if ((item->kind != NODE_TAG && item->kind != NODE_TOOL) || item->name[0] == '_') continue;
+            cJSON *entry = add_word(list, item->name, strlen(item->name), item->doc);
+            cJSON_AddStringToObject(entry, "kind", item->kind == NODE_TAG ? "shape" : "perturbation");
+            cJSON_AddBoolToObject(entry, "later", false);
+        }
+    }
+    unit_release(&unit);
+}
+
+int main(int argc, char **argv)
+{
+    FILE *out = argc > 1 ? fopen(argv[1], "w") : stdout;
+    if (!out) {
+        perror(argv[1]);
+        return 3;
+    }
+    cJSON *json = cJSON_CreateObject();
+    cJSON *reserved = cJSON_AddArrayToObject(json, "reserved"), *units = cJSON_AddArrayToObject(json, "units");
+    cJSON *marks = cJSON_AddArrayToObject(json, "marks"), *built_in = cJSON_AddArrayToObject(json, "built_in");
+#define RESERVED(token, word, meaning) add_word(reserved, word, strlen(word), meaning);
+#define UNIT(id, suffix, dimension, meaning) add_word(units, suffix, strlen(suffix), dimension ": " meaning);
+#define MARK(token, mark) add_word(marks, mark, strlen(mark), NULL);
+#include "lang/words.def"
+    add_table(built_in);
+    add_prelude(built_in);
+    char *text = cJSON_Print(json);
+    if (!text) abort();
+    int status = fputs(text, out) < 0 || fputc('\n', out) == EOF || fclose(out) != 0 ? 3 : 0;
+    cJSON_free(text);
+    cJSON_Delete(json);
+    return status;
+}
