@@ -1,0 +1,384 @@
+// The benchmark: `./dev bench [FOLDER]`.
+//
+//     scn-bench --scn SCN --work FOLDER [--size N] [--repeat N] [--stride N] [--no-pov] [--no-rays] [SCENES]
+//
+// SCENES is a folder of S1.json … S5.json; without it five scenes of the same kinds are made by a seeded generator. Everything is written to the work folder and
+// left there to look at: the scenes as SCN and for POV-Ray, pictures, bench.json. All that is compared is measured in one run, one after the other,
+// each by the CPU time of its process:
+//
+//   cpu           median CPU time of a frame of N x N, one primary and one shadow ray, one thread; scn bench
+//   two           wall time with one thread divided by wall time with two
+//   build, start  the kernels' build and the time to the end of the first frame, with an empty cache
+//   reference     the plain scalar double renderer (tests/oracle), every 8th pixel of every 8th line, times 64
+//   POV-Ray       its trace time (its own words) at the same size, one thread; where `povray` is installed
+//
+// Then once: package to first picture with empty caches, source to first picture with empty caches, a union of 10,000 spheres, 100,000 quadrics, and a
+// million random rays against the oracle.
+#include <cjson/cJSON.h>
+#include <errno.h>
+#include <fcntl.h>
+#include <ftw.h>
+#include <stdarg.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "tests/bench/scene.h"
+
+typedef struct Options {
+    const char *scn, *work, *folder;
+    char tools[512]; // the folder of scn-oracle and scn-property
+    int size, repeat, stride;
+    bool pov, rays;
+} Options;
+
+typedef struct Outcome { // of a command
+    int status;
+    double cpu_ms, wall_ms, peak_mb;
+    char *out; // its standard output and error
+} Outcome;
+
+typedef struct Row {
+    const char *name;
+    double cpu, wall_one, wall_two, rays_per_s, build, start, reference, pov, peak_mb;
+} Row;
+
+// -- processes -----------------------------------------------------------------------------------------------------------------
+
+static double now_ms(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (double)t.tv_sec * 1e3 + (double)t.tv_nsec * 1e-6;
+}
+
+static char *read_rest(int fd)
+{
+    size_t length = 0, capacity = 1 << 16;
+    char *text = malloc(capacity);
+    for (;;) {
+        if (!text) abort();
+        ssize_t n = read(fd, text + length, capacity - length - 1);
+        if (n < 0 && errno == EINTR) continue;
+        if (n <= 0) break;
+        length += (size_t)n;
+        if (length + 1 == capacity) text = realloc(text, capacity *= 2);
+    }
+    text[length] = 0;
+    return text;
+}
+
+// Runs a command line of words, ended by NULL. `cache` NULL: the caches of the user; else a folder for all caches.
+static Outcome run(const char *cache, const char *const *argv)
+{
+    Outcome outcome = {0};
+    int out[2];
+    if (pipe(out)) abort();
+    double begin = now_ms();
+    pid_t child = fork();
+    if (child == 0) {
+        dup2(out[1], 1);
+        dup2(out[1], 2);
+        close(out[0]);
+        close(out[1]);
+        if (cache) setenv("POCL_CACHE_DIR", cache, 1), setenv("XDG_CACHE_HOME", cache, 1);
+        execvp(argv[0], (char *const *)argv);
+        _exit(127);
+    }
+    close(out[1]);
+    outcome.out = read_rest(out[0]);
+    close(out[0]);
+    struct rusage used;
+    int status;
+    while (wait4(child, &status, 0, &used) < 0 && errno == EINTR) continue;
+    outcome.wall_ms = now_ms() - begin;
+    outcome.status = WIFEXITED(status) ? WEXITSTATUS(status) : 128;
+    outcome.cpu_ms = (double)(used.ru_utime.tv_sec + used.ru_stime.tv_sec) * 1e3 + (double)(used.ru_utime.tv_usec + used.ru_stime.tv_usec) * 1e-3;
+    outcome.peak_mb = (double)used.ru_maxrss / 1024;
+    if (outcome.status) fprintf(stderr, "%s %s %s failed (%d):\n%.2000s\n", argv[0], argv[1], argv[2] ? argv[2] : "", outcome.status, outcome.out);
+    return outcome;
+}
+
+static int remove_entry(const char *path, const struct stat *info, int kind, struct FTW *walk)
+{
+    return remove(path);
+}
+
+// An empty folder for caches.
+static const char *fresh_cache(const Options *o, char path[600])
+{
+    snprintf(path, 600, "%s/cache", o->work);
+    nftw(path, remove_entry, 16, FTW_DEPTH | FTW_PHYS);
+    mkdir(path, 0777);
+    return path;
+}
+
+static double field(const char *json, const char *key)
+{
+    const char *brace = strchr(json, '{'); // diagnostics may stand before it
+    cJSON *object = brace ? cJSON_Parse(brace) : NULL;
+    const cJSON *item = cJSON_GetObjectItemCaseSensitive(object, key);
+    double value = cJSON_IsNumber(item) ? item->valuedouble : 0;
+    cJSON_Delete(object);
+    return value;
+}
+
+// -- one scene -----------------------------------------------------------------------------------------------------------------
+
+static void work_path(const Options *o, const char *name, const char *suffix, char path[600])
+{
+    snprintf(path, 600, "%s/%s%s", o->work, name, suffix);
+}
+
+static void write_scene(const BenchScene *scene, const char *path, void (*write)(const BenchScene *, FILE *))
+{
+    FILE *file = fopen(path, "w");
+    if (!file) {
+        perror(path);
+        exit(3);
+    }
+    write(scene, file);
+    fclose(file);
+}
+
+static Outcome bench(const Options *o, const char *cache, const char *path, const char *threads)
+{
+    char size[32], repeat[16];
+    snprintf(size, sizeof size, "%dx%d", o->size, o->size);
+    snprintf(repeat, sizeof repeat, "%d", o->repeat);
+    return run(cache, (const char *[]){o->scn, "bench", path, "--size", size, "--repeat", repeat, "--threads", threads, "--json", NULL});
+}
+
+static double reference(const Options *o, const char *path)
+{
+    char tool[600], size[32], stride[16];
+    snprintf(tool, sizeof tool, "%s/scn-oracle", o->tools);
+    snprintf(size, sizeof size, "%dx%d", o->size, o->size);
+    snprintf(stride, sizeof stride, "%d", o->stride);
+    Outcome outcome = run(NULL, (const char *[]){tool, path, "--size", size, "--stride", stride, "--samples", "8", "--bias", "1e-3", NULL});
+    double ms = field(outcome.out, "frame_cpu_ms");
+    free(outcome.out);
+    return ms;
+}
+
+static double pov(const Options *o, const BenchScene *scene)
+{
+    char path[600], in[620], out[620], width[16], height[16];
+    work_path(o, scene->name, ".pov", path);
+    write_scene(scene, path, bench_write_pov);
+    snprintf(in, sizeof in, "+I%s", path);
+    work_path(o, scene->name, "-pov.png", path);
+    snprintf(out, sizeof out, "+O%s", path);
+    snprintf(width, sizeof width, "+W%d", o->size);
+    snprintf(height, sizeof height, "+H%d", o->size);
+    Outcome outcome = run(NULL, (const char *[]){"povray", in, out, width, height, "+WT1", "-D", "+FN", NULL});
+    const char *mark = strstr(outcome.out, "Trace Time:");
+    mark = mark ? strchr(mark, '(') : NULL;
+    double ms = mark ? 1e3 * atof(mark + 1) : 0;
+    free(outcome.out);
+    return ms;
+}
+
+static Row measure(const Options *o, const BenchScene *scene)
+{
+    Row row = {.name = scene->name};
+    char path[600], cache[600];
+    work_path(o, scene->name, ".scn", path);
+    write_scene(scene, path, bench_write_scn);
+    Outcome one = bench(o, fresh_cache(o, cache), path, "1");
+    row.cpu = field(one.out, "cpu_ms");
+    row.wall_one = field(one.out, "wall_ms");
+    row.rays_per_s = field(one.out, "rays_per_s");
+    row.build = field(one.out, "build_ms");
+    row.start = field(one.out, "start_up_ms");
+    row.peak_mb = one.peak_mb;
+    free(one.out);
+    Outcome two = bench(o, cache, path, "2");
+    row.wall_two = field(two.out, "wall_ms");
+    free(two.out);
+    row.reference = reference(o, path);
+    if (o->pov) row.pov = pov(o, scene);
+    return row;
+}
+
+static void print_head(const Options *o)
+{
+    printf("%dx%d, one primary and one shadow ray, one thread; the reference every %dth pixel of every %dth line, scaled\n\n", o->size, o->size, o->stride, o->stride);
+    printf("%-6s %10s %6s %9s %10s %10s %9s %12s %8s %12s %8s\n", "scene", "CPU ms", "two", "Mrays/s", "build ms", "start ms", "peak MB", "reference ms", "times", "POV-Ray ms", "times");
+}
+
+static double over(double a, double b)
+{
+    return b > 0 ? a / b : 0;
+}
+
+static void print_row(const Row *r)
+{
+    printf("%-6s %10.2f %6.2f %9.1f %10.1f %10.1f %9.1f %12.0f %8.1f ", r->name, r->cpu, over(r->wall_one, r->wall_two), r->rays_per_s * 1e-6, r->build, r->start, r->peak_mb, r->reference,
+           over(r->reference, r->cpu));
+    if (r->pov > 0) printf("%12.0f %8.1f\n", r->pov, over(r->pov, r->cpu));
+    else printf("%12s %8s\n", "-", "-");
+    fflush(stdout);
+}
+
+static cJSON *row_json(const Row *r)
+{
+    cJSON *json = cJSON_CreateObject();
+    cJSON_AddStringToObject(json, "scene", r->name);
+    cJSON_AddNumberToObject(json, "cpu_ms", r->cpu);
+    cJSON_AddNumberToObject(json, "wall_ms_one_thread", r->wall_one);
+    cJSON_AddNumberToObject(json, "wall_ms_two_threads", r->wall_two);
+    cJSON_AddNumberToObject(json, "rays_per_s", r->rays_per_s);
+    cJSON_AddNumberToObject(json, "kernel_build_ms", r->build);
+    cJSON_AddNumberToObject(json, "start_up_ms", r->start);
+    cJSON_AddNumberToObject(json, "peak_mb", r->peak_mb);
+    cJSON_AddNumberToObject(json, "reference_cpu_ms", r->reference);
+    if (r->pov > 0) cJSON_AddNumberToObject(json, "povray_trace_ms", r->pov);
+    return json;
+}
+
+// -- what is measured once -----------------------------------------------------------------------------------------------------
+
+// Prints a line and keeps it.
+static void note(cJSON *json, const char *key, double value, const char *format, ...) __attribute__((format(printf, 4, 5)));
+static void note(cJSON *json, const char *key, double value, const char *format, ...)
+{
+    va_list list;
+    va_start(list, format);
+    vprintf(format, list);
+    va_end(list);
+    putchar('\n');
+    fflush(stdout);
+    cJSON_AddNumberToObject(json, key, value);
+}
+
+static void first_pictures(const Options *o, const char *name, cJSON *json)
+{
+    char scene[600], package[600], picture[600], cache[600];
+    work_path(o, name, ".scn", scene);
+    work_path(o, name, ".scnk", package);
+    work_path(o, name, "-first.png", picture);
+    Outcome built = run(NULL, (const char *[]){o->scn, "build", scene, "-o", package, "-q", NULL});
+    Outcome loaded = run(fresh_cache(o, cache), (const char *[]){o->scn, "run", package, "-o", picture, "--size", "512x512", "-q", NULL});
+    Outcome cold = run(fresh_cache(o, cache), (const char *[]){o->scn, "render", scene, "-o", picture, "--size", "512x512", "-q", NULL});
+    note(json, "package_first_image_cpu_ms", loaded.cpu_ms, "package to a 512x512 picture on disk, empty caches: %.0f ms CPU, %.0f ms wall (at most 150)", loaded.cpu_ms, loaded.wall_ms);
+    note(json, "source_first_image_cpu_ms", cold.cpu_ms, "source to a 512x512 picture on disk, empty caches: %.0f ms CPU, %.0f ms wall (at most 1500)", cold.cpu_ms, cold.wall_ms);
+    free(built.out), free(loaded.out), free(cold.out);
+}
+
+static void big_union(const Options *o, Arena *arena, int count, bool balls, cJSON *json)
+{
+    BenchScene scene;
+    char name[32], path[600], cache[600], key[64];
+    snprintf(name, sizeof name, "union-%d", count);
+    bench_union(arena, name, count, balls, 2001, &scene);
+    work_path(o, name, ".scn", path);
+    write_scene(&scene, path, bench_write_scn);
+    Outcome check = run(NULL, (const char *[]){o->scn, "check", path, NULL});
+    Outcome frame = bench(o, fresh_cache(o, cache), path, "1");
+    double front = field(frame.out, "load_ms"), build = field(frame.out, "build_ms"), cpu = field(frame.out, "cpu_ms");
+    snprintf(key, sizeof key, "%s_check_cpu_ms", name);
+    note(json, key, check.cpu_ms, "%s: check %.0f ms CPU, %.0f MB; to render: front end and compiler %.0f ms, kernels %.0f ms, a frame %.1f ms, %.0f MB", name, check.cpu_ms, check.peak_mb, front,
+         build, cpu, frame.peak_mb);
+    snprintf(key, sizeof key, "%s_load_ms", name);
+    cJSON_AddNumberToObject(json, key, front);
+    snprintf(key, sizeof key, "%s_kernel_build_ms", name);
+    cJSON_AddNumberToObject(json, key, build);
+    snprintf(key, sizeof key, "%s_peak_mb", name);
+    cJSON_AddNumberToObject(json, key, frame.peak_mb);
+    free(check.out), free(frame.out);
+}
+
+// A million rays: ten classes, 7 scenes each of 120 x 120.
+static bool random_rays(const Options *o, cJSON *json)
+{
+    char tool[600];
+    snprintf(tool, sizeof tool, "%s/scn-property", o->tools);
+    Outcome rays = run(NULL, (const char *[]){tool, "--scenes", "7", "--size", "120", "--first", "100", NULL});
+    printf("\nrandom rays against the oracle\n%s", rays.out);
+    cJSON_AddBoolToObject(json, "random_rays_agree", rays.status == 0);
+    free(rays.out);
+    return rays.status == 0;
+}
+
+// -- the command ---------------------------------------------------------------------------------------------------------------
+
+static bool read_options(int argc, char **argv, Options *o)
+{
+    *o = (Options){.size = 1024, .repeat = 9, .stride = 8, .pov = true, .rays = true};
+    for (int k = 1; k < argc; k++) {
+        if (!strcmp(argv[k], "--no-pov")) o->pov = false;
+        else if (!strcmp(argv[k], "--no-rays")) o->rays = false;
+        else if (argv[k][0] != '-') o->folder = argv[k];
+        else if (k + 1 == argc) return false;
+        else if (!strcmp(argv[k], "--scn")) o->scn = argv[++k];
+        else if (!strcmp(argv[k], "--work")) o->work = argv[++k];
+        else if (!strcmp(argv[k], "--size")) o->size = atoi(argv[++k]);
+        else if (!strcmp(argv[k], "--repeat")) o->repeat = atoi(argv[++k]);
+        else if (!strcmp(argv[k], "--stride")) o->stride = atoi(argv[++k]);
+        else return false;
+    }
+    if (!o->scn || !o->work || o->size < 8 || o->repeat < 1 || o->stride < 1) return false;
+    const char *slash = strrchr(o->scn, '/');
+    snprintf(o->tools, sizeof o->tools, "%.*s", slash ? (int)(slash - o->scn) : 1, slash ? o->scn : ".");
+    o->pov &= system("command -v povray >/dev/null 2>&1") == 0;
+    mkdir(o->work, 0777);
+    return true;
+}
+
+static bool get_scene(const Options *o, Arena *arena, int k, BenchScene *scene)
+{
+    static const char *const names[] = {"S1", "S2", "S3", "S4", "S5"};
+    static const int counts[] = {8, 64, 512, 0, 4096};
+    char path[600], why[200];
+    if (!o->folder) {
+        if (counts[k]) bench_freeform(arena, names[k], counts[k], 1001 + (unsigned)k, scene);
+        else bench_sets(arena, names[k], 1001 + (unsigned)k, scene);
+        return true;
+    }
+    snprintf(path, sizeof path, "%s/%s.json", o->folder, names[k]);
+    if (bench_read_json(arena, path, scene, why)) return true;
+    fprintf(stderr, "%s\n", why);
+    return false;
+}
+
+int main(int argc, char **argv)
+{
+    Options o;
+    if (!read_options(argc, argv, &o)) {
+        fprintf(stderr, "usage: scn-bench --scn SCN --work FOLDER [--size N] [--repeat N] [--stride N] [--no-pov] [--no-rays] [SCENES]\n");
+        return 2;
+    }
+    Arena arena = {0};
+    cJSON *json = cJSON_CreateObject(), *rows = cJSON_AddArrayToObject(json, "scenes");
+    bool good = true;
+    print_head(&o);
+    for (int k = 0; k < 5 && good; k++) {
+        BenchScene scene;
+        good = get_scene(&o, &arena, k, &scene);
+        if (!good) break;
+        Row row = measure(&o, &scene);
+        print_row(&row);
+        cJSON_AddItemToArray(rows, row_json(&row));
+        good = row.cpu > 0;
+    }
+    if (good) {
+        putchar('\n');
+        first_pictures(&o, "S3", json);
+        big_union(&o, &arena, 10000, true, json);
+        big_union(&o, &arena, 100000, false, json);
+        if (o.rays) good = random_rays(&o, json);
+    }
+    char path[600], *text = cJSON_Print(json);
+    work_path(&o, "bench", ".json", path);
+    FILE *file = fopen(path, "w");
+    if (file) fprintf(file, "%s\n", text), fclose(file), printf("\n%s\n", path);
+    free(text);
+    cJSON_Delete(json);
+    arena_release(&arena);
+    return good ? 0 : 1;
+}

@@ -1,0 +1,95 @@
+// Camera, lights and the shading formula (the reference's section on materials), in double.
+#include "tests/oracle/oracle.h"
+
+#include <math.h>
+#include <string.h>
+
+static double dot(const double a[3], const double b[3])
+{
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+static double normalise(double v[3])
+{
+    double length = sqrt(dot(v, v));
+    for (int i = 0; i < 3; i++) v[i] /= length;
+    return length;
+}
+
+static void cross(const double a[3], const double b[3], double out[3])
+{
+    double r[3] = {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+    memcpy(out, r, sizeof r);
+}
+
+OracleRay oracle_camera_ray(const Oracle *oracle, double x, double y, double width, double height)
+{
+    const double *c = oracle->camera;
+    double forward[3], right[3], up[3];
+    for (int i = 0; i < 3; i++) forward[i] = c[3 + i] - c[i];
+    normalise(forward);
+    cross(forward, c + 6, right);
+    normalise(right);
+    cross(right, forward, up);
+    double half = oracle->orthographic ? c[10] / 2 : tan(c[9] / 2);
+    double sx = (2 * x / width - 1) * half * width / height, sy = (1 - 2 * y / height) * half;
+    OracleRay ray = {.near = 0, .far = ORACLE_INFINITY};
+    for (int i = 0; i < 3; i++) {
+        double aside = sx * right[i] + sy * up[i];
+        ray.origin[i] = c[i] + (oracle->orthographic ? aside : 0);
+        ray.direction[i] = forward[i] + (oracle->orthographic ? 0 : aside);
+    }
+    normalise(ray.direction);
+    return ray;
+}
+
+bool oracle_light_ray(const Oracle *oracle, const OracleLight *light, const double point[3], const double normal[3], double bias,
+                      OracleRay *ray)
+{
+    ray->near = 0;
+    ray->far = ORACLE_INFINITY;
+    for (int i = 0; i < 3; i++) {
+        ray->origin[i] = point[i] + bias * normal[i];
+        ray->direction[i] = light->kind == LIGHT_DIRECTIONAL ? -light->v[i] : light->v[3 + i] - point[i];
+    }
+    double distance = normalise(ray->direction);
+    if (light->kind != LIGHT_DIRECTIONAL) ray->far = distance;
+    return dot(ray->direction, normal) > 0;
+}
+
+void oracle_shade(Oracle *oracle, const OracleRay *ray, const OracleHit *hit, int samples, double bias, double color[3])
+{
+    double m[11] = {0.8, 0.8, 0.8, 0.1, 0.8, 0.2, 30, 0, 0, 1.5, 0}; // the default material
+    uint32_t material = oracle->leaves[hit->leaf].material;
+    for (uint32_t k = 0; material && k < 11; k++) m[k] = oracle->scalars[ir_operand(oracle->ir, material, k)];
+    double normal[3];
+    memcpy(normal, hit->normal, sizeof normal);
+    for (int i = 0; i < 3; i++) color[i] = m[i] * m[3];
+    for (uint32_t k = 0; k < oracle->light_count; k++) {
+        const OracleLight *light = &oracle->lights[k];
+        OracleRay to_light;
+        if (!oracle_light_ray(oracle, light, hit->point, normal, bias, &to_light)) continue;
+        bool shadow = light->v[13] != 0;
+        if (shadow && (samples ? oracle_reference_blocked(oracle, &to_light, samples) : oracle_blocked(oracle, &to_light))) continue;
+        double lit = dot(normal, to_light.direction), mirrored = 0;
+        for (int i = 0; i < 3; i++) mirrored -= (2 * lit * normal[i] - to_light.direction[i]) * ray->direction[i];
+        double shine = mirrored > 0 ? m[5] * pow(mirrored, m[6]) : 0;
+        for (int i = 0; i < 3; i++) color[i] += (m[i] * m[4] * lit + shine) * light->v[6 + i];
+    }
+}
+
+void oracle_render(Oracle *oracle, int width, int height, int stride, int samples, double bias, float *rgb)
+{
+    for (int y = stride / 2; y < height; y += stride) {
+        for (int x = stride / 2; x < width; x += stride) {
+            OracleRay ray = oracle_camera_ray(oracle, x + 0.5, y + 0.5, width, height);
+            OracleHit hit;
+            double color[3];
+            memcpy(color, oracle->background, sizeof color);
+            if (samples ? oracle_reference_hit(oracle, &ray, samples, &hit) : oracle_hit(oracle, &ray, &hit)) {
+                oracle_shade(oracle, &ray, &hit, samples, bias, color);
+            }
+            for (int i = 0; i < 3; i++) *rgb++ = (float)color[i];
+        }
+    }
+}
