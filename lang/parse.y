@@ -304,7 +304,7 @@ Node *parse_source(Unit *unit, const Source *source)
     scanner_init(&p.scanner, unit, source);
     filter_init(&p.filter, unit, &p.scanner);
     bool whole = scn_yyparse(&p) == 0;
-    if (!whole || !p.file) { // given up: too deep
+    if (!whole || !p.file || p.file->kind != NODE_FILE) { // given up: too deep
         Span all = {source->base, source->base + source->length};
         p.file = build_file(&p, all, list_of(build_error(&p, all, NULL)));
     }
