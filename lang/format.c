@@ -41,9 +41,10 @@ static bool same_comments(Unit *unit, const Pieces *before, const Source *result
                 a++, b++;
                 continue;
             }
-            size_t space = strspn(a, " \t\r");
-            if (!space || a[space] != '\n' || a + space >= a_end) return false;
-            a += space;
+            const char *space = a;
+            while (space < a_end && is_blank(*space)) space++;
+            if (space == a || space == a_end || *space != '\n') return false;
+            a = space;
         }
     }
     return true;

@@ -8,7 +8,7 @@
 //  - A list in ( ) or [ ] that fits stands on one line, unless it was written with a line break behind its opening mark: then its lines stay
 //    as they are, as far as they fit. One that does not fit is broken between its elements, and ends with a comma.
 //  - Operators of one rank stand at the beginning of lines if one of them was written at a line's beginning or end, or if they do not fit
-//    on one line; so do the dots of a chain of calls.
+//    on one line; so do the dots of several calls.
 //  - Spaces around operators but `^`, behind commas and colons, and inside of { }.
 //  - A `;` that ends no item goes; so does the one behind a } that ends a value. All else ends with one, but a value that is last in the
 //    body of a fn, tag, tool, if or for may do without: so results are written.

@@ -72,10 +72,16 @@ int piece_indent(const Piece *piece)
     }
 }
 
+bool piece_closes_up(const Piece *piece)
+{
+    int c = piece->code;
+    return c == ',' || c == ';' || c == ')' || c == ']' || c == '.';
+}
+
 int piece_gap(const Pieces *pieces, int piece)
 {
     const Piece *p = &pieces->list[piece];
-    return p->comment_columns + (p->space || p->comment_count);
+    return p->comment_count ? p->comment_columns + !piece_closes_up(p) : p->space;
 }
 
 // --- Making
@@ -273,7 +279,8 @@ static void make_items(Maker *m, Box *box, bool body)
 {
     while (!is_closer(code(m))) {
         if (code(m) == ';') { // an empty item
-            if (has_doc(m, &m->list[m->at]))
+            bool first = box->piece == 0 && !box->count; // without it a `///` behind it might be the file's
+            if (has_doc(m, &m->list[m->at]) || (first && has_doc(m, &m->list[m->at + 1])))
                 box_add(box, make_piece(m));
             else
                 hide(&m->list[m->at++]);

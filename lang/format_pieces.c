@@ -57,7 +57,7 @@ static uint32_t comment_end(const char *text, uint32_t at, uint32_t end)
 
 static uint32_t without_space(const char *text, uint32_t begin, uint32_t end)
 {
-    while (end > begin && strchr(" \t\r", text[end - 1])) end--;
+    while (end > begin && is_blank(text[end - 1])) end--;
     return end;
 }
 

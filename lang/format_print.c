@@ -95,7 +95,7 @@ static void put_comment_text(Printer *p, const Comment *comment)
         const char *line = memchr(text, '\n', (size_t)(end - text));
         if (!line) break;
         const char *stop = line;
-        while (stop > text && strchr(" \t\r", stop[-1])) stop--;
+        while (stop > text && is_blank(stop[-1])) stop--;
         put(p, text, (size_t)(stop - text));
         put(p, "\n", 1);
         p->line++;
@@ -144,11 +144,6 @@ static void put_comments(Printer *p, const Piece *piece, int indent)
     }
 }
 
-static bool closes_up(int code)
-{
-    return code == ',' || code == ';' || code == ')' || code == ']' || code == '.';
-}
-
 // `indent`: of the box around, for the line that it begins if only a comment makes it begin one.
 static void put_piece(Printer *p, int index, int indent)
 {
@@ -166,7 +161,7 @@ static void put_piece(Printer *p, int index, int indent)
         break;
     }
     case WANT_SPACE:
-        if (!piece->comment_count || !closes_up(piece->code)) put_spaces(p, 1);
+        if (!piece->comment_count || !piece_closes_up(piece)) put_spaces(p, 1);
         break;
     case WANT_NOTHING: break;
     }
@@ -184,7 +179,8 @@ static int next_column(const Printer *p, int piece, int indent)
     const Piece *next = &p->pieces->list[piece];
     if (p->wanted == WANT_LINE) return p->indent + (next->forced ? 0 : next->comment_columns);
     if (next->forced) return indent + piece_indent(next);
-    return p->column + (p->wanted == WANT_SPACE) + next->comment_columns;
+    if (!next->comment_count) return p->column + (p->wanted == WANT_SPACE);
+    return p->column + (p->opened ? next->comment_columns : piece_gap(p->pieces, piece));
 }
 
 static bool fits(const Printer *p, int piece, Size size, int indent, int after)
@@ -243,10 +239,11 @@ static void print_sequence(Printer *p, const Box *box, int indent, int after)
     }
 }
 
-static void print_chain(Printer *p, const Box *box, int indent, int after)
+// `inner`: of the lines that operators begin, if it is broken.
+static void print_operands(Printer *p, const Box *box, int indent, int inner, int after)
 {
     bool flat = !box->broken && fits(p, box->piece, box->size, indent, after);
-    int inner = flat ? indent : indent + FORMAT_INDENT;
+    if (flat) inner = indent;
     for (const Box *part = box->first; part; part = part->next) {
         if (part != box->first) {
             if (flat)
@@ -258,6 +255,11 @@ static void print_chain(Printer *p, const Box *box, int indent, int after)
         }
         print(p, part, part == box->first ? indent : inner, part->next ? 0 : after);
     }
+}
+
+static void print_chain(Printer *p, const Box *box, int indent, int after)
+{
+    print_operands(p, box, indent, indent + FORMAT_INDENT, after);
 }
 
 static void print_link(Printer *p, const Box *link, int indent, int after)
@@ -370,7 +372,10 @@ static void print_elements_broken(Printer *p, const Box *box, int indent)
             want(p, true);
         else
             want_line(p, indent, before != NULL);
-        print(p, part, indent, 1);
+        if (box->count == 1 && part->kind == BOX_CHAIN)
+            print_operands(p, part, indent, indent, 1); // the brackets show that it goes on
+        else
+            print(p, part, indent, 1);
         if (part->next || box->count > 1)
             print_comma(p, part, indent);
         else if (part->after != NO_PIECE)

@@ -50,6 +50,12 @@ typedef struct Pieces {
     int comment_count, comment_capacity;
 } Pieces;
 
+// Space that is not kept at the end of a line.
+static inline bool is_blank(char c)
+{
+    return c == ' ' || c == '\t' || c == '\r';
+}
+
 // The pieces of a source without errors, in the arena.
 Pieces pieces_read(Unit *unit, const Source *source, Arena *arena);
 
@@ -91,6 +97,7 @@ Box *boxes_make(Pieces *pieces, Arena *arena);
 
 Size size_join(Size a, int gap, Size b);
 int piece_gap(const Pieces *pieces, int piece); // columns between the piece before and it on one line
+bool piece_closes_up(const Piece *piece);       // no space stands before it, even behind a comment
 int piece_indent(const Piece *piece);           // how much further it stands than what it goes on with, if a comment makes it begin a line
 
 typedef struct Printed {
