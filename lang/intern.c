@@ -111,7 +111,7 @@ const char *nearest_name(const char *wrong, const char *const *candidates, int c
         bool only_case = candidate_length == length && strcasecmp(wrong, candidates[i]) == 0;
         int d = only_case ? 1 : distance(wrong, length, candidates[i], candidate_length, limit);
         if (d > limit) continue;
-        if (d == limit && nearest) continue; // the first of equals
+        if (d == limit && nearest && strcmp(nearest, candidates[i]) <= 0) continue; // of equals the first by name
         nearest = candidates[i];
         limit = d;
     }

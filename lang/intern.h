@@ -19,7 +19,7 @@ Name name_of(Names *names, const char *text, size_t length);
 Name name_text(Names *names, const char *text); // of a zero-terminated text
 
 // The nearest of `count` candidates to `wrong` by edit distance (transpositions count one), if it is near enough to
-// be meant: at most a third of its length wrong. NULL otherwise.
+// be meant: at most a third of its length wrong. Of equally near ones the first in the alphabet. NULL otherwise.
 const char *nearest_name(const char *wrong, const char *const *candidates, int count);
 
 #endif

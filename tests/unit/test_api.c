@@ -122,7 +122,7 @@ static void params_are_listed_and_checked(void **state)
     assert_true(scn_param(scene, 3, &param) && param.structure);
     assert_false(scn_param(scene, 4, &param));
 
-    assert_int_equal(scn_set_text(scene, "sise", "1"), SCN_CALL_WRONG);
+    assert_int_equal(scn_set_text(scene, "syze", "1"), SCN_CALL_WRONG);
     assert_non_null(strstr(scn_error(scene), "do you mean size?"));
     assert_int_equal(scn_set_text(scene, "side", "90"), SCN_CALL_WRONG); // an angle needs a unit
     assert_int_equal(scn_set_text(scene, "size", "3"), SCN_CALL_WRONG);  // out of its range
