@@ -29,8 +29,7 @@ typedef enum BuiltinKind {
     KIND_THING,
     KIND_ANSWER,
     KIND_FUNCTION,
-    KIND_CONSTANT,
-    KIND_EASING
+    KIND_CONSTANT
 } BuiltinKind;
 
 typedef enum BuiltinSince { SINCE_NOW, SINCE_LATER } BuiltinSince;

@@ -238,7 +238,9 @@ void check_item(Checker *c, Node *item, Values *values)
 {
     switch (item->kind) {
     case NODE_VALUE:
-        if (item->a->kind == NODE_IF && values->many) {
+        if (values->cases && item->a->kind != NODE_IF) {
+            check_value_among_cases(c, item, values->cases);
+        } else if (item->a->kind == NODE_IF && values->many) {
             check_if(c, item->a, values);
         } else if (item->a->kind == NODE_IF) {
             Values branch = *values;
@@ -261,7 +263,12 @@ void check_item(Checker *c, Node *item, Values *values)
         break;
     case NODE_LET:
     case NODE_DECLARE: check_let(c, item); break;
-    case NODE_ENTRY: check_entry_outside(c, item, values); break;
+    case NODE_ENTRY:
+        if (values->cases)
+            check_case(c, item, values->cases);
+        else
+            check_entry_outside(c, item, values);
+        break;
     case NODE_ASSERT:
         expect(c, item->a, check_expr(c, item->a), type_of(TYPE_BOOL), "what is asserted");
         if (item->b) expect(c, item->b, check_expr(c, item->b), type_of(TYPE_STRING), "the message of an assert");

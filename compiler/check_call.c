@@ -399,25 +399,6 @@ static void bind_block(Calling *k, const Callable *first)
     }
 }
 
-// The cases of keys and match: their keys and values are looked at, their easings are not.
-static void check_cases(Checker *c, Node *block)
-{
-    if (!block || block->kind != NODE_BLOCK) return;
-    BlockScope scope;
-    uint32_t mark = names_open(c, &scope, block->a);
-    Values values = {.many = true, .what = "a block of cases"};
-    for (Node *item = block->a; item; item = item->next) {
-        if (item->kind != NODE_ENTRY) {
-            check_item(c, item, &values);
-            continue;
-        }
-        bool rest = item->a->kind == NODE_NAME && !strcmp(item->a->name, "default");
-        if (!rest) check_expr(c, item->a);
-        check_expr(c, item->b);
-    }
-    names_close(c, mark);
-}
-
 // --- what is missing, and rules of single built-ins
 
 static void check_missing(Calling *k)
@@ -473,6 +454,15 @@ static void check_rules(Calling *k)
 }
 
 // --- results
+
+// Of what keys and match are called with.
+static Type driver_type(const Calling *k)
+{
+    for (uint32_t i = 0; i < k->count && !k->bad; i++) {
+        if (k->arguments[i].node == k->call->bound[0].node) return k->arguments[i].type;
+    }
+    return poison();
+}
 
 static Type result_of(const Calling *k)
 {
@@ -577,14 +567,15 @@ Type check_call(Checker *c, Node *node, Type receiver)
     k.call->callee = k.callee;
     bind_positional(&k);
     bind_named(&k, symbol->callable);
+    Type of_cases = poison();
     if (cases)
-        check_cases(c, node->c);
+        of_cases = check_cases(c, node, k.call, driver_type(&k));
     else
         bind_block(&k, symbol->callable);
     if (!k.bad) check_missing(&k);
     if (!k.bad && built_in) check_rules(&k);
     node->note = k.call;
-    k.call->result = result_of(&k);
+    k.call->result = cases ? of_cases : result_of(&k);
     if (built_in && builtins[k.callee->id].since == SINCE_LATER) {
         diag(c->unit, node->name_span, DIAG_NOT_YET, "%s is not there yet in this version of scn", node->name);
     }

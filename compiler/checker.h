@@ -4,6 +4,7 @@
 //   check_names.c   scopes: binding and finding names
 //   check_block.c   blocks and their items
 //   check_expr.c    expressions but calls, conversions and their messages
+//   check_cases.c   the cases of keys and match
 //   check_call.c    calls: which of several of a name, what argument goes to which parameter, the type of the result
 #ifndef SCN_COMPILER_CHECKER_H
 #define SCN_COMPILER_CHECKER_H
@@ -76,6 +77,9 @@ Type check_type(Checker *c, const Node *node); // a NODE_TYPE
 
 // --- check_block.c
 
+// The cases of a call of keys or match (check_cases.c).
+typedef struct Cases Cases;
+
 // How a block is read: as any number of values or as exactly one.
 typedef struct Values {
     bool many;
@@ -83,6 +87,7 @@ typedef struct Values {
     bool sheets;      // patches are taken, though `want` is object
     bool file;        // whatever may stand in a file: objects, lights, cameras …
     Type want;        // of each
+    Cases *cases;     // not values but cases are wanted; else NULL
     Type joined;      // what they are, if not known
     int count;        // values written, an `if` counts as one
     const char *what; // "union", "the tool nip": who wants them, for messages
@@ -101,6 +106,13 @@ Type check_expr(Checker *c, Node *node);
 Type check_as(Checker *c, Node *node, Type want, const char *what); // want, or poisoned after a report
 bool expect(Checker *c, const Node *node, Type have, Type want, const char *what);
 Type poison(void);
+
+// --- check_cases.c
+
+Type check_cases(Checker *c, const Node *node, const Call *call,
+                 Type driver); // the block of such a call: the type of its value
+void check_case(Checker *c, Node *item, Cases *cases);
+void check_value_among_cases(Checker *c, Node *item, Cases *cases);
 
 // --- check_call.c
 

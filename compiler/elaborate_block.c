@@ -289,6 +289,9 @@ bool eval_item(Eval *e, const Node *item, Type want, List *list)
     case NODE_FOR: eval_for(e, item, want, list); break;
     case NODE_ASSERT: return eval_assert(e, item);
     case NODE_PRINT: eval_print(e, item); break;
+    case NODE_ENTRY:
+        if (list && list->cases) eval_case(e, item, list->cases);
+        break;
     default: break;
     }
     return true;

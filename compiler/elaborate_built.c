@@ -185,7 +185,7 @@ static Value eval_forming(Eval *e, const Node *node, const Call *call, const Val
     Value parts = eval_bound(e, node, call, 1, receiver);
     e->forming = around;
     if (value_is_bad(&parts)) return value_bad();
-    List list = {(Value *)parts.list.items, parts.list.count, parts.list.count};
+    List list = {.items = (Value *)parts.list.items, .count = parts.list.count};
     Value sum = sum_perturbations(e, &list);
     if (value_is_bad(&sum)) return sum;
     IrId *ids = arena_array(&e->scratch, IrId, sum.parts.count + 1);
@@ -442,7 +442,10 @@ Value eval_builtin(Eval *e, const Node *node, const Call *call, const Value *rec
     switch (builtins[callee->id].kind) {
     case KIND_SET: return eval_set(e, node, call, &args[0]);
     case KIND_MODIFIER: return eval_modifier(e, node, call, args);
-    case KIND_FUNCTION: return eval_function(e, node, call, args);
+    case KIND_FUNCTION:
+        if (callee->id == BUILTIN_KEYS) return eval_keys(e, node, call, args);
+        if (callee->id == BUILTIN_MATCH) return eval_match(e, node, call, args);
+        return eval_function(e, node, call, args);
     default: break;
     }
     switch (callee->id) {

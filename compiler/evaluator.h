@@ -4,6 +4,8 @@
 //   elaborate_expr.c      expressions but calls
 //   elaborate_block.c     blocks: values, loops, conditions, asserts, prints
 //   elaborate_call.c      arguments, and calls of fn, tag and tool
+//   elaborate_cases.c     match, and the cases of keys
+//   elaborate_keys.c      keys: a value that goes through others as a driver grows
 //   elaborate_built.c     calls of what is built in: sets, perturbations, things
 //   elaborate_modify.c    modifiers
 //   elaborate_math.c      functions of numbers, vectors, colors
@@ -77,6 +79,7 @@ typedef struct Eval {
 typedef struct List {
     Value *items;
     uint32_t count, capacity;
+    const struct Cases *cases; // the block of keys or match whose cases are taken; else NULL
 } List;
 
 // --- elaborate.c
@@ -117,6 +120,13 @@ const Node *bound_node(const Call *call, uint32_t at, const Node *call_node); //
 Value builtin_default(Eval *e, const Parameter *p);
 Value sum_objects(Eval *e, const Node *at, const List *list); // the union
 Value sum_perturbations(Eval *e, const List *list);
+
+// --- elaborate_cases.c, elaborate_keys.c
+Value eval_match(Eval *e, const Node *node, const Call *call, const Value *args);
+Value eval_keys(Eval *e, const Node *node, const Call *call, const Value *args);
+typedef void EvalCase(Eval *e, const Node *item, void *whose);
+void eval_case(Eval *e, const Node *item, const struct Cases *cases);
+void each_case(Eval *e, const Node *node, EvalCase *each, void *whose); // in the order of the text, loops unrolled
 
 // --- elaborate_built.c, elaborate_modify.c, elaborate_math.c
 Value eval_builtin(Eval *e, const Node *node, const Call *call, const Value *receiver);

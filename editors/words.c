@@ -26,10 +26,15 @@ static cJSON *add_word(cJSON *list, const char *word, size_t length, const char 
     return entry;
 }
 
-static const char *const kinds[] = {
-    [KIND_SET] = "set", [KIND_SHAPE] = "shape", [KIND_PERTURBATION] = "perturbation", [KIND_OPERATION] = "operation",
-    [KIND_MODIFIER] = "modifier", [KIND_THING] = "thing", [KIND_ANSWER] = "answer", [KIND_FUNCTION] = "function",
-    [KIND_CONSTANT] = "constant", [KIND_EASING] = "easing"};
+static const char *const kinds[] = {[KIND_SET] = "set",
+                                    [KIND_SHAPE] = "shape",
+                                    [KIND_PERTURBATION] = "perturbation",
+                                    [KIND_OPERATION] = "operation",
+                                    [KIND_MODIFIER] = "modifier",
+                                    [KIND_THING] = "thing",
+                                    [KIND_ANSWER] = "answer",
+                                    [KIND_FUNCTION] = "function",
+                                    [KIND_CONSTANT] = "constant"};
 
 static void add_table(cJSON *list)
 {
@@ -42,7 +47,18 @@ static void add_table(cJSON *list)
     }
 }
 
-// The tags and tools of the prelude; names that begin with _ are its own.
+// What a file of the prelude holds.
+static const char *prelude_kind(const char *file)
+{
+    static const char *const files[][2] = {
+        {"shapes", "shape"}, {"tools", "perturbation"}, {"easings", "easing"}, {"modifiers", "modifier"}};
+    for (size_t k = 0; k < sizeof files / sizeof *files; k++) {
+        if (strstr(file, files[k][0])) return files[k][1];
+    }
+    return "function";
+}
+
+// The tags, tools and functions of the prelude; names that begin with _ are its own.
 static void add_prelude(cJSON *list)
 {
     Unit unit;
@@ -51,9 +67,10 @@ static void add_prelude(cJSON *list)
         const Source *source = source_add(&unit.sources, file->name, (const char *)file->text, file->length, (Span){0});
         const Node *tree = parse_source(&unit, source);
         for (const Node *item = tree->a; item; item = item->next) {
-            if ((item->kind != NODE_TAG && item->kind != NODE_TOOL) || item->name[0] == '_') continue;
+            bool word = item->kind == NODE_TAG || item->kind == NODE_TOOL || item->kind == NODE_FN;
+            if (!word || item->name[0] == '_') continue;
             cJSON *entry = add_word(list, item->name, strlen(item->name), item->doc);
-            cJSON_AddStringToObject(entry, "kind", item->kind == NODE_TAG ? "shape" : "perturbation");
+            cJSON_AddStringToObject(entry, "kind", prelude_kind(file->name));
             cJSON_AddBoolToObject(entry, "later", false);
         }
     }
@@ -70,9 +87,9 @@ int main(int argc, char **argv)
     cJSON *json = cJSON_CreateObject();
     cJSON *reserved = cJSON_AddArrayToObject(json, "reserved"), *units = cJSON_AddArrayToObject(json, "units");
     cJSON *marks = cJSON_AddArrayToObject(json, "marks"), *built_in = cJSON_AddArrayToObject(json, "built_in");
-#define RESERVED(token, word, meaning) add_word(reserved, word, strlen(word), meaning);
+#define RESERVED(token, word, meaning)       add_word(reserved, word, strlen(word), meaning);
 #define UNIT(id, suffix, dimension, meaning) add_word(units, suffix, strlen(suffix), dimension ": " meaning);
-#define MARK(token, mark) add_word(marks, mark, strlen(mark), NULL);
+#define MARK(token, mark)                    add_word(marks, mark, strlen(mark), NULL);
 #include "lang/words.def"
     add_table(built_in);
     add_prelude(built_in);
