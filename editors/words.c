@@ -1,9 +1,12 @@
 // Writes the words of the language as JSON, for editors: words.json in the build folder.
 //
-//     {"reserved": [{"word", "about"} …], "units": […], "marks": […], "built_in": [{"word", "kind", "signature", "about", "later"} …]}
+//     {"reserved": [{"word", "kind", "about"} …], "units": […], "marks": […], "types": […],
+//      "built_in": [{"word", "kind", "signature", "about", "later"} …]}
 //
-// They come from the tables of the scanner (lang/words.def) and the checker (compiler/builtins.def), and from the tags and tools of the
-// prelude, so no list of words is written twice.
+// The kind of a reserved word or mark is its role in the table, that of a unit its dimension; types and marks have no "about".
+//
+// They come from the tables of the scanner (lang/words.def) and the checker (compiler/builtins.def, the types), and from the tags and
+// tools of the prelude, so no list of words is written twice.
 #include <cjson/cJSON.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -26,6 +29,11 @@ static cJSON *add_word(cJSON *list, const char *word, size_t length, const char 
     return entry;
 }
 
+static void add_kind(cJSON *entry, const char *kind)
+{
+    cJSON_AddStringToObject(entry, "kind", kind);
+}
+
 static const char *const kinds[] = {[KIND_SET] = "set",
                                     [KIND_SHAPE] = "shape",
                                     [KIND_PERTURBATION] = "perturbation",
@@ -41,7 +49,7 @@ static void add_table(cJSON *list)
     for (int k = 0; k < BUILTIN_END; k++) {
         const Builtin *b = &builtins[k];
         cJSON *entry = add_word(list, b->signature, strcspn(b->signature, "(: "), b->doc);
-        cJSON_AddStringToObject(entry, "kind", kinds[b->kind]);
+        add_kind(entry, kinds[b->kind]);
         cJSON_AddStringToObject(entry, "signature", b->signature);
         cJSON_AddBoolToObject(entry, "later", b->since == SINCE_LATER);
     }
@@ -70,7 +78,7 @@ static void add_prelude(cJSON *list)
             bool word = item->kind == NODE_TAG || item->kind == NODE_TOOL || item->kind == NODE_FN;
             if (!word || item->name[0] == '_') continue;
             cJSON *entry = add_word(list, item->name, strlen(item->name), item->doc);
-            cJSON_AddStringToObject(entry, "kind", prelude_kind(file->name));
+            add_kind(entry, prelude_kind(file->name));
             cJSON_AddBoolToObject(entry, "later", false);
         }
     }
@@ -86,11 +94,15 @@ int main(int argc, char **argv)
     }
     cJSON *json = cJSON_CreateObject();
     cJSON *reserved = cJSON_AddArrayToObject(json, "reserved"), *units = cJSON_AddArrayToObject(json, "units");
-    cJSON *marks = cJSON_AddArrayToObject(json, "marks"), *built_in = cJSON_AddArrayToObject(json, "built_in");
-#define RESERVED(token, word, meaning)       add_word(reserved, word, strlen(word), meaning);
-#define UNIT(id, suffix, dimension, meaning) add_word(units, suffix, strlen(suffix), dimension ": " meaning);
-#define MARK(token, mark)                    add_word(marks, mark, strlen(mark), NULL);
+    cJSON *marks = cJSON_AddArrayToObject(json, "marks"), *types = cJSON_AddArrayToObject(json, "types");
+    cJSON *built_in = cJSON_AddArrayToObject(json, "built_in");
+#define RESERVED(token, word, role, meaning) add_kind(add_word(reserved, word, strlen(word), meaning), role);
+#define UNIT(id, suffix, dimension, meaning)                                                                           \
+    add_kind(add_word(units, suffix, strlen(suffix), dimension ": " meaning), dimension);
+#define MARK(token, mark, role) add_kind(add_word(marks, mark, strlen(mark), NULL), role);
 #include "lang/words.def"
+    for (const char *const *name = type_names; *name; name++)
+        add_kind(add_word(types, *name, strlen(*name), NULL), "type");
     add_table(built_in);
     add_prelude(built_in);
     char *text = cJSON_Print(json);

@@ -57,7 +57,7 @@ static Token put_in(const Filter *f, int code)
 static bool is_reserved(int code)
 {
     switch (code) {
-#define RESERVED(token, word, meaning) case token:
+#define RESERVED(token, ...) case token:
 #include "lang/words.def"
         return true;
     default: return false;

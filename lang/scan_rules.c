@@ -16,7 +16,7 @@ typedef struct Word {
 } Word;
 
 static const Word reserved[] = {
-#define RESERVED(token, word, meaning) {word, token},
+#define RESERVED(token, word, ...) {word, token},
 #include "lang/words.def"
 };
 
@@ -26,7 +26,7 @@ static const Word units[] = {
 };
 
 static const Word marks[] = {
-#define MARK(token, mark) {mark, token},
+#define MARK(token, mark, ...) {mark, token},
 #include "lang/words.def"
 };
 
