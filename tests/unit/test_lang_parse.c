@@ -26,7 +26,7 @@ static void keys_may_be_any_expression(void **state)
     assert_tree("m { 0..1: a; -1: b; \"x\": c; true: d; }",
                 "  value\n    call m\n      block\n"
                 "        entry\n          ..\n            number 0 int\n            number 1 int\n          name a\n"
-                "        entry\n          unary -\n            number 1 int\n          name b\n"
+                "        entry\n          number -1 int\n          name b\n"
                 "        entry\n          string\n            text \"x\"\n          name c\n"
                 "        entry\n          bool true\n          name d\n");
 }

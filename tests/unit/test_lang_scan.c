@@ -118,6 +118,36 @@ static void numbers_are_read_exactly(void **state)
     }
 }
 
+// Sixteen to twenty digits take a way of their own. Numbers that lie halfway between two doubles, and next to it, are where it could fail.
+static void numbers_of_many_digits_are_read_as_the_library_reads_them(void **state)
+{
+    char text[64], all[200 * 64];
+    for (int round = 0; round < 200; round++) {
+        uint64_t random = 0x9e3779b97f4a7c15u * (uint64_t)(round + 1);
+        size_t length = 0;
+        double expected[200];
+        for (int k = 0; k < 200; k++) {
+            random = random * 6364136223846793005u + 1442695040888963407u;
+            double value = ldexp((double)(random >> 11), -(int)(random % 52)); // at most 2^53
+            double half = ldexp(1, (int)floor(log2(value)) - 53);
+            if (k % 2)
+                snprintf(text, sizeof text, "%.*Lf", (int)(random % 19), (long double)value + (long double)half);
+            else
+                snprintf(text, sizeof text, "%.17f", value / 9007199254740992.0);
+            expected[k] = strtod(text, NULL);
+            length += (size_t)snprintf(all + length, sizeof all - length, "%s%s ", text, strchr(text, '.') ? "" : ".0");
+        }
+        Unit unit;
+        const char *read = words(&unit, all, length);
+        for (int k = 0; k < 200; k++) {
+            char *end;
+            assert_true(strtod(read, &end) == expected[k]);
+            read = end;
+        }
+        unit_release(&unit);
+    }
+}
+
 static void whole_numbers_are_exact_up_to_two_to_the_53(void **state)
 {
     assert_words("9007199254740992", "int:9007199254740992");
@@ -300,6 +330,7 @@ int main(void)
         cmocka_unit_test(of_two_marks_the_longer_one_wins),
         cmocka_unit_test(numbers_have_a_digit_on_both_sides_of_a_point),
         cmocka_unit_test(numbers_are_read_exactly),
+        cmocka_unit_test(numbers_of_many_digits_are_read_as_the_library_reads_them),
         cmocka_unit_test(whole_numbers_are_exact_up_to_two_to_the_53),
         cmocka_unit_test(a_comma_as_decimal_point_of_the_locale_changes_nothing),
         cmocka_unit_test(units_follow_their_number_directly),
