@@ -16,10 +16,14 @@ enum { RECURSION_BYTES = 1 << 20 };
 
 // --- bodies
 
-void body_enter(Checker *c, Body *body, Symbol *symbol, bool prelude)
+void body_enter(Checker *c, Body *body, Symbol *symbol, Module *module)
 {
-    *body = (Body){
-        .id = ++c->body_count, .scope = ++c->scope_count, .symbol = symbol, .prelude = prelude, .outer = c->body};
+    *body = (Body){.id = ++c->body_count,
+                   .scope = ++c->scope_count,
+                   .symbol = symbol,
+                   .module = module,
+                   .quiet = !module || module->quiet,
+                   .outer = c->body};
     c->body = body;
 }
 
@@ -161,7 +165,7 @@ static void check_callable(Checker *c, Symbol *symbol, Callable *callable)
     const Node *node = callable->node;
     callable->state = CHECK_NOW;
     Body body;
-    body_enter(c, &body, symbol, callable->prelude);
+    body_enter(c, &body, symbol, symbol->module);
     body.conditional = 1; // what it needs is needed by its calls, not by its definition
     BlockScope scope;
     uint32_t mark = names_open(c, &scope, NULL);
@@ -224,7 +228,7 @@ static void report_cycle(Checker *c, Symbol *symbol)
     }
 }
 
-static void check_now(Checker *c, Symbol *symbol)
+void check_now(Checker *c, Symbol *symbol)
 {
     symbol->state = CHECK_NOW;
     Body body;
@@ -234,14 +238,14 @@ static void check_now(Checker *c, Symbol *symbol)
             check_callable(c, symbol, callable);
         break;
     case SYMBOL_PARAM:
-        body_enter(c, &body, symbol, false);
+        body_enter(c, &body, symbol, symbol->module);
         check_param(c, symbol);
         symbol->slots = body.slots;
         body_leave(c);
         break;
     default:
         assert(symbol->kind == SYMBOL_LET && "only what stands in a file is checked on demand");
-        body_enter(c, &body, symbol, false);
+        body_enter(c, &body, symbol, symbol->module);
         symbol->type = check_definition(c, (Node *)symbol->node, &symbol->value);
         symbol->slots = body.slots;
         body_leave(c);
@@ -253,6 +257,7 @@ static void check_now(Checker *c, Symbol *symbol)
 
 typedef struct Order {
     Checker *c;
+    Module *module; // of the symbol whose definition is walked
     Symbol **stack;
     uint32_t count, capacity;
 } Order;
@@ -269,13 +274,15 @@ static void order_push(Order *order, Symbol *symbol)
     order->stack[order->count++] = symbol;
 }
 
-static void order_name(Order *order, Name name)
+// `link` is what follows the name behind a dot, since that is looked up in it where it is a library; or NULL.
+static void order_name(Order *order, Name name, const Node *link)
 {
-    Body *inner = order->c->body, file = {.id = 0};
+    Body *inner = order->c->body, file = {.id = 0, .module = order->module};
     order->c->body =
         &file; // so that only names of the file are found; that a local one may hide them does no harm here
     Symbol *symbol = names_find(order->c, name);
     order->c->body = inner;
+    if (symbol && symbol->kind == SYMBOL_LIBRARY && link) symbol = names_in(order->c, symbol->opens, link->name);
     if (symbol && symbol->global && symbol->state == CHECK_NOT && !symbol->visited) order_push(order, symbol);
 }
 
@@ -284,8 +291,11 @@ static void order_walk(Order *order, const Node *list)
 {
     for (; list; list = list->next) {
         for (const Node *node = list;;) {
-            if (node->kind == NODE_NAME || node->kind == NODE_CALL) order_name(order, node->name);
-            if (node->kind == NODE_DECLARE) order_name(order, node->word);
+            if (node->kind == NODE_NAME || node->kind == NODE_CALL) order_name(order, node->name, NULL);
+            if (node->kind == NODE_DECLARE) order_name(order, node->word, NULL);
+            bool dot = node->kind == NODE_CALL || node->kind == NODE_MEMBER;
+            if (dot && node->a && (node->a->kind == NODE_NAME || node->a->kind == NODE_MEMBER))
+                order_name(order, node->a->name, node);
             order_walk(order, node->b);
             order_walk(order, node->c);
             if (!node_is_link(node)) {
@@ -306,6 +316,7 @@ static void order_and_check(Checker *c, Symbol *first)
         Symbol *symbol = order.stack[order.count - 1];
         if (symbol->state == CHECK_NOT && !symbol->visited) {
             symbol->visited = true;
+            order.module = symbol->module;
             order_walk(&order, symbol->node->a);
             order_walk(&order, symbol->node->c);
             continue;
@@ -344,6 +355,7 @@ void check_symbol(Checker *c, Symbol *symbol)
 
 static void add_item(Checker *c, Node *node, Symbol *symbol)
 {
+    if (c->module->library) return; // what it shows itself is left out
     Program *program = c->program;
     if (program->count == program->capacity) {
         uint32_t capacity = program->capacity ? program->capacity * 2 : 64;
@@ -357,15 +369,12 @@ static void add_item(Checker *c, Node *node, Symbol *symbol)
         program->nodes = nodes;
         program->capacity = capacity;
     }
-    if (symbol) {
-        symbol->order = program->count;
-        node->note = symbol;
-    }
+    if (symbol) symbol->order = program->count;
     program->nodes[program->count] = node;
     program->items[program->count++] = symbol;
 }
 
-static void collect_file(Checker *c, Node *file)
+void collect_file(Checker *c, Node *file)
 {
     for (Node *node = file->a; node; node = node->next) {
         Symbol *symbol = NULL;
@@ -373,11 +382,7 @@ static void collect_file(Checker *c, Node *file)
         case NODE_INCLUDE:
             if (node->a) collect_file(c, node->a);
             continue;
-        case NODE_USE:
-            if (node->file)
-                diag(c->unit, node->span, DIAG_NOT_YET,
-                     "use is not there yet in this version of scn: include the file");
-            continue;
+        case NODE_USE: modules_use(c, node); continue;
         case NODE_PARAM:
             if (node->a->kind != NODE_PARAMETER) continue;
             symbol = names_global(c, SYMBOL_PARAM, node->a->name, node->a->name_span, node);
@@ -386,7 +391,7 @@ static void collect_file(Checker *c, Node *file)
         case NODE_TAG:
         case NODE_TOOL:
             symbol = names_global(c, SYMBOL_CALLABLE, node->name, node->name_span, node);
-            symbol->callable = signature(c, node, false);
+            symbol->callable = signature(c, node, c->module->quiet);
             break;
         case NODE_LET:
         case NODE_DECLARE: symbol = names_global(c, SYMBOL_LET, node->name, node->name_span, node); break;
@@ -394,6 +399,7 @@ static void collect_file(Checker *c, Node *file)
         case NODE_VERSION: continue;
         default: break;
         }
+        if (symbol) node->note = symbol;
         add_item(c, node, symbol);
     }
 }
@@ -402,7 +408,7 @@ static void check_file_item(Checker *c, Node *node)
 {
     Values values = {.many = true, .file = true, .what = "a file"};
     Body body;
-    body_enter(c, &body, NULL, false);
+    body_enter(c, &body, NULL, c->program->modules);
     check_item(c, node, &values);
     if (body.slots > c->program->slots) c->program->slots = body.slots;
     body_leave(c);
@@ -415,8 +421,6 @@ static void load_prelude(Checker *c)
         Source *source = source_add(&unit->sources, file->name, (const char *)file->text, file->length, (Span){0});
         if (!source) return; // the texts before fill the space of positions, which was reported
         source->prelude = source->library = true;
-        if (!c->program->prelude.end) c->program->prelude.begin = source->base;
-        c->program->prelude.end = source->base + source->length;
         for (Node *node = parse_source(unit, source)->a; node; node = node->next) {
             if (node->kind != NODE_FN && node->kind != NODE_TAG && node->kind != NODE_TOOL) continue;
             Symbol *symbol = names_prelude(c, node->name);
@@ -436,7 +440,8 @@ void check(Unit *unit, Node *tree)
     tree->note = c->program;
     names_builtin(c);
     load_prelude(c);
-    collect_file(c, tree);
+    modules_begin(c, tree);
+    modules_bind(c);
     for (uint32_t i = 0; i < c->program->count; i++) {
         Symbol *symbol = c->program->items[i];
         if (!symbol)
@@ -444,5 +449,7 @@ void check(Unit *unit, Node *tree)
         else if (symbol->state == CHECK_NOT)
             check_now(c, symbol);
     }
+    modules_check(c);
+    modules_report_unused(c, tree);
     arena_release(&c->scratch);
 }

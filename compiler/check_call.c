@@ -21,6 +21,7 @@ enum { FEW = 12 }; // arguments that find room on the stack
 typedef struct Calling {
     Checker *c;
     Node *node;
+    const Type *receiver; // or NULL
     Argument *arguments;
     uint32_t count, positional;
     const Callable *callee;
@@ -297,7 +298,7 @@ static void bind_positional(Calling *k)
             k->bad = true;
             uint32_t count = k->callee->count;
             diag(k->c->unit, a->span, DIAG_TOO_MANY_ARGUMENTS, "%s takes %u argument%s%s", k->callee->name, count,
-                 count == 1 ? "" : "s", k->node->a ? ", that before the dot included" : "");
+                 count == 1 ? "" : "s", k->receiver ? ", that before the dot included" : "");
             return;
         }
         if (k->callee->parameters[at].type.list) {
@@ -503,12 +504,12 @@ static Type result_of(const Calling *k)
 
 // --- all of it
 
-static void collect(Calling *k, Type receiver)
+static void collect(Calling *k)
 {
-    uint32_t most = k->node->a ? 1 : 0;
+    uint32_t most = k->receiver ? 1 : 0;
     for (const Node *a = k->node->b; a; a = a->next) most++;
     if (most > FEW) k->arguments = arena_array(&k->c->scratch, Argument, most);
-    if (k->node->a) k->arguments[k->count++] = (Argument){k->node->a, NULL, k->node->a->span, receiver};
+    if (k->receiver) k->arguments[k->count++] = (Argument){k->node->a, NULL, k->node->a->span, *k->receiver};
     k->positional = k->count;
     for (Node *a = k->node->b; a; a = a->next) {
         bool named = a->kind == NODE_ARGUMENT;
@@ -543,17 +544,19 @@ static void check_block_of_wrong_call(Checker *c, Node *block)
     names_close(c, mark);
 }
 
-Type check_call(Checker *c, Node *node, Type receiver)
+Type check_call(Checker *c, Node *node, const Type *receiver, Symbol *symbol)
 {
     Argument few[FEW];
-    Calling k = {.c = c, .node = node, .arguments = few, .common = type_of(TYPE_ANY)};
-    Symbol *symbol = names_use(c, node->name, node->name_span, true);
-    collect(&k, receiver);
+    Calling k = {.c = c, .node = node, .receiver = receiver, .arguments = few, .common = type_of(TYPE_ANY)};
+    if (!symbol) symbol = names_use(c, node->name, node->name_span, true);
+    collect(&k);
     if (symbol->kind != SYMBOL_CALLABLE) {
         if (symbol->kind != SYMBOL_ERROR) {
             if (symbol->global) check_symbol(c, symbol);
+            const char *what =
+                symbol->kind == SYMBOL_LIBRARY ? "a library" : type_phrase(&c->unit->arena, symbol->type);
             Diag *d = diag(c->unit, node->name_span, DIAG_TYPE_MISMATCH, "%s is %s here and cannot be called",
-                           node->name, type_phrase(&c->unit->arena, symbol->type));
+                           node->name, what);
             if (symbol->span.end) diag_label(c->unit, d, symbol->span, "defined here");
         }
         check_block_of_wrong_call(c, node->c);

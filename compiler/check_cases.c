@@ -122,7 +122,7 @@ static void check_easing(Checker *c, Cases *k, Node *item)
                    .b = item->c,
                    .name = item->name,
                    .depth = item->depth};
-    Type type = check_call(c, call, type_number(0, 0));
+    Type scalar = type_number(0, 0), type = check_call(c, call, &scalar, NULL);
     if (type_bad(type)) {
         k->bad = true;
     } else if (!type_converts(type, type_number(0, 0))) {

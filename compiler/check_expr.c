@@ -97,11 +97,14 @@ Type check_as(Checker *c, Node *node, Type want, const char *what)
 
 // --- leaves
 
-static Type check_name(Checker *c, Node *node)
+Type check_symbol_value(Checker *c, Symbol *symbol, const Node *node)
 {
-    Symbol *symbol = names_use(c, node->name, node->span, false);
-    node->note = symbol;
     switch (symbol->kind) {
+    case SYMBOL_LIBRARY:
+        diag(c->unit, node->span, DIAG_TYPE_MISMATCH,
+             "%s is a library: write what of it is meant behind a dot, as %s.%s", symbol->name, symbol->name,
+             symbol->opens->first ? symbol->opens->first->name : "name");
+        return poison();
     case SYMBOL_CALLABLE:
         diag(c->unit, node->span, DIAG_TYPE_MISMATCH,
              "%s is called with arguments, as %s(…): it is not a value by itself", node->name, node->name);
@@ -120,6 +123,13 @@ static Type check_name(Checker *c, Node *node)
     default: break;
     }
     return symbol->type;
+}
+
+static Type check_name(Checker *c, Node *node)
+{
+    Symbol *symbol = names_use(c, node->name, node->span, false);
+    node->note = symbol;
+    return check_symbol_value(c, symbol, node);
 }
 
 static Type check_number(const Node *node)
@@ -416,24 +426,24 @@ static Type check_binary(Checker *c, Node *node, Type a)
 
 // --- members and elements
 
-static Type check_member(Checker *c, const Node *node, Type a)
+static const struct {
+    TypeKind kind;
+    const char *name;
+    Type type;
+} members[] = {
+    {TYPE_CONTACT, "hit", {.kind = TYPE_BOOL}},        {TYPE_CONTACT, "undecided", {.kind = TYPE_BOOL}},
+    {TYPE_CONTACT, "point", {.kind = TYPE_VEC3}},      {TYPE_CONTACT, "normal", {.kind = TYPE_VEC3}},
+    {TYPE_CONTACT, "depth", {.kind = TYPE_NUMBER}},    {TYPE_CONTACT, "objects", {.kind = TYPE_STRING, .list = 1}},
+    {TYPE_MEMBERSHIP, "inside", {.kind = TYPE_BOOL}},  {TYPE_MEMBERSHIP, "boundary", {.kind = TYPE_BOOL}},
+    {TYPE_MEMBERSHIP, "outside", {.kind = TYPE_BOOL}}, {TYPE_INTERVAL, "low", {.kind = TYPE_NUMBER}},
+    {TYPE_INTERVAL, "high", {.kind = TYPE_NUMBER}},    {TYPE_PLACE, "point", {.kind = TYPE_VEC3}},
+    {TYPE_PLACE, "normal", {.kind = TYPE_VEC3}},
+};
+enum { MEMBERS = sizeof members / sizeof *members };
+
+// The members that a type has, at most MEMBERS. Their number.
+static int members_of(Type a, const char *known[MEMBERS])
 {
-    static const struct {
-        TypeKind kind;
-        const char *name;
-        Type type;
-    } members[] = {
-        {TYPE_CONTACT, "hit", {.kind = TYPE_BOOL}},        {TYPE_CONTACT, "undecided", {.kind = TYPE_BOOL}},
-        {TYPE_CONTACT, "point", {.kind = TYPE_VEC3}},      {TYPE_CONTACT, "normal", {.kind = TYPE_VEC3}},
-        {TYPE_CONTACT, "depth", {.kind = TYPE_NUMBER}},    {TYPE_CONTACT, "objects", {.kind = TYPE_STRING, .list = 1}},
-        {TYPE_MEMBERSHIP, "inside", {.kind = TYPE_BOOL}},  {TYPE_MEMBERSHIP, "boundary", {.kind = TYPE_BOOL}},
-        {TYPE_MEMBERSHIP, "outside", {.kind = TYPE_BOOL}}, {TYPE_INTERVAL, "low", {.kind = TYPE_NUMBER}},
-        {TYPE_INTERVAL, "high", {.kind = TYPE_NUMBER}},    {TYPE_PLACE, "point", {.kind = TYPE_VEC3}},
-        {TYPE_PLACE, "normal", {.kind = TYPE_VEC3}},
-    };
-    enum { MEMBERS = sizeof members / sizeof *members };
-    if (type_bad(a)) return a;
-    const char *known[MEMBERS];
     int count = 0;
     const char *letters = type_is_vector(a) ? "x\0y\0z" : type_is(a, TYPE_COLOR) ? "r\0g\0b" : NULL;
     if (letters) {
@@ -442,16 +452,35 @@ static Type check_member(Checker *c, const Node *node, Type a)
         known[count++] = "low";
         known[count++] = "high";
     }
+    for (int i = 0; i < MEMBERS && !a.list; i++) {
+        if (members[i].kind == (TypeKind)a.kind) known[count++] = members[i].name;
+    }
+    return count;
+}
+
+bool type_has_member(Type type, const char *name)
+{
+    const char *known[MEMBERS];
+    int count = members_of(type, known);
+    for (int i = 0; i < count; i++) {
+        if (!strcmp(known[i], name)) return true;
+    }
+    return false;
+}
+
+static Type check_member(Checker *c, const Node *node, Type a)
+{
+    if (type_bad(a)) return a;
+    const char *known[MEMBERS];
+    int count = members_of(a, known);
     for (int i = 0; i < count; i++) {
         if (strcmp(known[i], node->name)) continue;
+        for (int k = 0; k < MEMBERS; k++) {
+            if (members[k].kind == (TypeKind)a.kind && members[k].name == known[i]) return members[k].type;
+        }
         Type part = type_number(a.angle, a.time);
         if (a.kind == TYPE_RANGE && a.whole) part.kind = TYPE_INT;
         return part;
-    }
-    for (int i = 0; i < MEMBERS && !a.list; i++) {
-        if (members[i].kind != (TypeKind)a.kind) continue;
-        if (!strcmp(members[i].name, node->name)) return members[i].type;
-        known[count++] = members[i].name;
     }
     const char *phrase = type_phrase(&c->unit->arena, a);
     const char *near = nearest_name(node->name, known, count);
@@ -487,25 +516,73 @@ static Type check_index(Checker *c, Node *node, Type a)
     return good ? type_element(a) : poison();
 }
 
+// --- names of libraries
+
+// The library that a name before a dot stands for, or NULL.
+static Symbol *library_of(Checker *c, const Node *node)
+{
+    if (!node || (node->kind != NODE_NAME && node->kind != NODE_MEMBER)) return NULL;
+    Symbol *symbol = names_find(c, node->name);
+    return symbol && symbol->kind == SYMBOL_LIBRARY ? symbol : NULL;
+}
+
+// `clay.worn(…)` with or without a receiver before it, `clay.tint`.
+static Type check_within(Checker *c, Node *node, Symbol *library, const Type *receiver)
+{
+    library->used = true;
+    Symbol *symbol = modules_find(c, library->opens, node->name, node->name_span);
+    if (node->kind == NODE_CALL) return check_call(c, node, receiver, symbol);
+    node->note = symbol;
+    return check_symbol_value(c, symbol, node);
+}
+
 // --- all of them
 
 static Type check_link(Checker *c, Node *node, Type left)
 {
     switch (node->kind) {
     case NODE_BINARY: return check_binary(c, node, left);
-    case NODE_CALL: return check_call(c, node, left);
+    case NODE_CALL: return check_call(c, node, node->a ? &left : NULL, NULL);
     case NODE_MEMBER: return check_member(c, node, left);
     default: assert(node->kind == NODE_INDEX && "there are four kinds of links"); return check_index(c, node, left);
     }
 }
 
+// The innermost link with what stands before it.
+static Type check_first_link(Checker *c, Node *node)
+{
+    Symbol *library = node->kind == NODE_CALL || node->kind == NODE_MEMBER ? library_of(c, node->a) : NULL;
+    if (library && node->a->kind == NODE_NAME) {
+        node->a->note = library;
+        return check_within(c, node, library, NULL);
+    }
+    return check_link(c, node, node->a ? check_expr(c, node->a) : poison());
+}
+
 static Type check_chain(Checker *c, Node *node)
 {
-    if (!node->a || !node_is_link(node->a)) return check_link(c, node, node->a ? check_expr(c, node->a) : poison());
+    if (!node->a || !node_is_link(node->a)) return check_first_link(c, node);
     int count;
     Node **link = node_spine(&c->scratch, node, &count);
-    Type type = link[0]->a ? check_expr(c, link[0]->a) : poison();
-    for (int i = 0; i < count; i++) type = check_link(c, link[i], type);
+    int i = 0;
+    Type type = poison();
+    if (link[0]->kind != NODE_MEMBER || !link[0]->a || library_of(c, link[0]->a) || !library_of(c, link[0]))
+        type = check_first_link(c, link[i++]);
+    else
+        type = check_expr(c, link[0]->a);
+    for (; i < count; i++) {
+        Symbol *library = NULL; // `head.clay.worn()` is clay.worn(head), unless a head has a clay of its own
+        if (link[i]->kind == NODE_MEMBER && i + 1 < count && link[i + 1]->kind == NODE_CALL &&
+            !type_has_member(type, link[i]->name))
+            library = library_of(c, link[i]);
+        if (library) {
+            link[i]->note = library;
+            i++;
+            type = check_within(c, link[i], library, &type);
+        } else {
+            type = check_link(c, link[i], type);
+        }
+    }
     return type;
 }
 

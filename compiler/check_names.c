@@ -81,6 +81,35 @@ static bool is_later(const Symbol *builtin)
     return table && builtins[builtin->id].since == SINCE_LATER;
 }
 
+static Symbol *of_module(Symbol *symbol, const Module *module)
+{
+    while (symbol && symbol->module != module) symbol = symbol->outer;
+    return symbol;
+}
+
+Symbol *names_in(Checker *c, const Module *module, Name name)
+{
+    return of_module(entry_of(c, name)->global, module);
+}
+
+Symbol *names_brought(Checker *c, const Module *module, Name name)
+{
+    return of_module(entry_of(c, name)->brought, module);
+}
+
+Symbol *names_bring(Checker *c, SymbolKind kind, Module *module, Name name, Span span)
+{
+    NameEntry *entry = entry_of(c, name);
+    Symbol *symbol = symbol_new(c, kind, name);
+    symbol->module = module;
+    symbol->span = span;
+    symbol->state = CHECK_DONE;
+    symbol->type = poison();
+    symbol->outer = entry->brought;
+    entry->brought = symbol;
+    return symbol;
+}
+
 Symbol *names_global(Checker *c, SymbolKind kind, Name name, Span span, const Node *node)
 {
     NameEntry *entry = entry_of(c, name);
@@ -88,22 +117,28 @@ Symbol *names_global(Checker *c, SymbolKind kind, Name name, Span span, const No
     symbol->global = true;
     symbol->span = span;
     symbol->node = node;
-    if (entry->global) {
+    symbol->module = c->module;
+    *c->module->end = symbol;
+    c->module->end = &symbol->next;
+    const Symbol *before = of_module(entry->global, c->module);
+    if (before) {
         Diag *d = diag(c->unit, span, DIAG_REDEFINED, "%s is already defined: give one of them another name", name);
-        diag_label(c->unit, d, entry->global->span, "first defined here");
+        diag_label(c->unit, d, before->span, "first defined here");
         return symbol; // is checked, though no name leads to it
     }
-    if (entry->builtin && !is_later(entry->builtin)) {
+    // A library's names are called with its own before them, so they hide nothing that its users see.
+    if (entry->builtin && !is_later(entry->builtin) && !c->module->library) {
         diag(c->unit, span, DIAG_SHADOW, "%s hides what is built in under that name", name);
     }
+    symbol->outer = entry->global;
     entry->global = symbol;
     return symbol;
 }
 
 static void report_hiding(Checker *c, const NameEntry *entry, SymbolKind kind, Span span, const Symbol *around)
 {
-    if (c->body->prelude) return;
-    if (!around) around = entry->global;
+    if (c->body->quiet) return;
+    if (!around) around = of_module(entry->global, c->body->module);
     if (around) {
         Diag *d = diag(c->unit, span, DIAG_SHADOW, "%s hides a name from outside of this block", entry->name);
         diag_label(c->unit, d, around->span, "this one is hidden");
@@ -167,7 +202,7 @@ void names_close(Checker *c, uint32_t mark)
     while (c->local_count > mark) {
         Symbol *symbol = c->locals[--c->local_count];
         entry_of(c, symbol->name)->local = symbol->outer;
-        if (symbol->kind == SYMBOL_LET && !symbol->used && symbol->name[0] != '_' && !c->body->prelude) {
+        if (symbol->kind == SYMBOL_LET && !symbol->used && symbol->name[0] != '_' && !c->body->quiet) {
             diag(c->unit, symbol->span, DIAG_UNUSED, "nothing uses %s: remove it, or begin its name with _",
                  symbol->name);
         }
@@ -176,16 +211,25 @@ void names_close(Checker *c, uint32_t mark)
     c->body->block = c->body->block->outer;
 }
 
-Symbol *names_find(Checker *c, Name name)
+// What a name means here, as it is bound: a name that `use` brings is not followed into its library.
+static Symbol *look_up(Checker *c, Name name)
 {
     NameEntry *entry = entry_of(c, name);
     Symbol *symbol = visible_local(c, entry);
-    if (!symbol && !c->body->prelude) symbol = entry->global;
-    if (!symbol) symbol = entry->builtin;
+    if (!symbol && c->body->module) symbol = of_module(entry->global, c->body->module);
+    if (!symbol && c->body->module) symbol = of_module(entry->brought, c->body->module);
+    if (symbol) return symbol;
     // What begins with _ is the prelude's own affair.
-    if (symbol && symbol == entry->builtin && name[0] == '_' && !c->body->prelude) symbol = NULL;
-    if (symbol && symbol == entry->builtin) load_builtin(c, symbol);
+    symbol = entry->builtin;
+    if (symbol && name[0] == '_' && c->body->module) return NULL;
+    if (symbol) load_builtin(c, symbol);
     return symbol;
+}
+
+Symbol *names_find(Checker *c, Name name)
+{
+    Symbol *symbol = look_up(c, name);
+    return symbol && symbol->kind == SYMBOL_BROUGHT ? symbol->means : symbol;
 }
 
 static const Node *defined_later(const Checker *c, Name name)
@@ -207,15 +251,33 @@ static const char *nearest_visible(Checker *c, Name name)
     for (uint32_t i = 0; i < c->capacity; i++) {
         const NameEntry *entry = &c->entries[i];
         if (!entry->name || entry->name == name || (entry->name[0] == '_' && name[0] != '_')) continue;
-        if (visible_local(c, entry) || entry->global || entry->builtin) candidates[count++] = entry->name;
+        const Module *module = c->body->module;
+        bool seen = visible_local(c, entry) || entry->builtin;
+        if (!seen && module) seen = of_module(entry->global, module) || of_module(entry->brought, module);
+        if (seen) candidates[count++] = entry->name;
+    }
+    return nearest_name(name, candidates, count);
+}
+
+const char *names_nearest_in(Checker *c, const Module *module, Name name)
+{
+    enum { SUGGESTIONS_MAX = 50 };
+    if (c->suggestions++ >= SUGGESTIONS_MAX) return NULL;
+    int room = 0, count = 0;
+    for (const Symbol *symbol = module->first; symbol; symbol = symbol->next) room++;
+    const char **candidates = arena_array(&c->scratch, const char *, (size_t)room);
+    for (const Symbol *symbol = module->first; symbol; symbol = symbol->next) {
+        if (symbol->name[0] != '_') candidates[count++] = symbol->name;
     }
     return nearest_name(name, candidates, count);
 }
 
 Symbol *names_use(Checker *c, Name name, Span span, bool called)
 {
-    Symbol *symbol = names_find(c, name);
+    Symbol *symbol = look_up(c, name);
     if (symbol) {
+        symbol->used = true;
+        if (symbol->kind == SYMBOL_BROUGHT) symbol = symbol->means;
         symbol->used = true;
         return symbol;
     }
@@ -226,7 +288,8 @@ Symbol *names_use(Checker *c, Name name, Span span, bool called)
         diag_label(c->unit, d, later->name_span, "defined here");
         if (c->early_count < (int)(sizeof c->early / sizeof *c->early)) c->early[c->early_count++] = later;
     } else {
-        const char *near = nearest_visible(c, name);
+        const char *near = modules_offer(c, name);
+        if (!near) near = nearest_visible(c, name);
         const char *what = called ? "there is nothing to call named" : "there is no";
         Diag *d =
             near ? diag(c->unit, span, DIAG_UNKNOWN_NAME, "%s %s: do you mean %s?", what, name, near)

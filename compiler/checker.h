@@ -2,6 +2,7 @@
 //
 //   check.c         files, definitions, functions, the order in which they are checked
 //   check_names.c   scopes: binding and finding names
+//   check_modules.c libraries: collecting their definitions, names of `use`, what nothing uses
 //   check_block.c   blocks and their items
 //   check_expr.c    expressions but calls, conversions and their messages
 //   check_cases.c   the cases of keys and match
@@ -15,8 +16,9 @@
 
 typedef struct NameEntry { // what a name means, by level
     Name name;
-    Symbol *local;  // innermost first, linked by `outer`
-    Symbol *global; // of the file
+    Symbol *local;   // innermost first, linked by `outer`
+    Symbol *global;  // of files, one of each module
+    Symbol *brought; // by `use`, one of each module
     Symbol *builtin;
 } NameEntry;
 
@@ -35,7 +37,8 @@ typedef struct Body {
     BlockScope *block;
     Symbol *symbol;  // the definition, or NULL for an item that defines nothing
     int conditional; // depth of branches that may not be evaluated
-    bool prelude;
+    Module *module;  // whose names it sees; NULL in the prelude
+    bool quiet;      // compiled in: no warnings of style
     struct Body *outer;
 } Body;
 
@@ -48,6 +51,8 @@ typedef struct Checker {
     Symbol **locals; // bound names, innermost last
     uint32_t local_count, local_capacity;
     uint32_t body_count, scope_count;
+    Module *module, **modules_end; // whose definitions are being collected
+    struct Use *uses, **uses_end;
     Body *body;
     const char *stack; // where checking began
     Name builtin_names[BUILTIN_END];
@@ -62,7 +67,11 @@ void names_builtin(Checker *c); // binds the table of built-ins
 Symbol *names_global(Checker *c, SymbolKind kind, Name name, Span span, const Node *node); // reports redefined, shadow
 Symbol *names_prelude(Checker *c, Name name); // where a tag of the prelude is bound; its overloads are chained
 Symbol *names_local(Checker *c, SymbolKind kind, Name name, Span span, const Node *node, Type type);
-Symbol *names_find(Checker *c, Name name);                        // NULL if it means nothing here
+Symbol *names_find(Checker *c, Name name);                     // NULL if it means nothing here
+Symbol *names_in(Checker *c, const Module *module, Name name); // a definition of a module, or NULL
+Symbol *names_bring(Checker *c, SymbolKind kind, Module *module, Name name, Span span); // what `use` binds
+Symbol *names_brought(Checker *c, const Module *module, Name name); // by a `use` of a module, or NULL
+const char *names_nearest_in(Checker *c, const Module *module, Name name);
 Symbol *names_use(Checker *c, Name name, Span span, bool called); // reports unknown-name and used-early; never NULL
 uint32_t names_open(Checker *c, BlockScope *scope, const Node *items); // gives what names_close wants
 void names_close(Checker *c, uint32_t mark);
@@ -70,10 +79,28 @@ void names_close(Checker *c, uint32_t mark);
 // --- check.c
 
 void check_symbol(Checker *c, Symbol *symbol); // makes its type known
-void body_enter(Checker *c, Body *body, Symbol *symbol, bool prelude);
+void check_now(Checker *c, Symbol *symbol);    // the same of one that nothing has looked at
+void body_enter(Checker *c, Body *body, Symbol *symbol, Module *module);
+void collect_file(Checker *c, Node *file);
 void body_leave(Checker *c);
 void need(Checker *c, Symbol *symbol);         // the current definition evaluates this one for certain
 Type check_type(Checker *c, const Node *node); // a NODE_TYPE
+
+// --- check_modules.c
+
+typedef struct Use { // a `use` in a module
+    struct Use *next;
+    Module *module;
+    Node *node;
+} Use;
+
+void modules_begin(Checker *c, Node *tree);
+void modules_use(Checker *c, Node *node); // collects the library's definitions, if they are not yet
+void modules_bind(Checker *c);            // binds the names of all `use`, when all definitions are known
+void modules_check(Checker *c);           // the definitions of libraries
+void modules_report_unused(Checker *c, Node *tree);
+Symbol *modules_find(Checker *c, const Module *library, Name name, Span span); // reports; never NULL
+const char *modules_offer(Checker *c, Name name); // "clay.worn", where a library in use has that name
 
 // --- check_block.c
 
@@ -103,6 +130,8 @@ Type check_definition(Checker *c, Node *node, Node **value); // of either: the t
 // --- check_expr.c
 
 Type check_expr(Checker *c, Node *node);
+Type check_symbol_value(Checker *c, Symbol *symbol, const Node *node); // of a name that is used as a value
+bool type_has_member(Type type, const char *name);
 Type check_as(Checker *c, Node *node, Type want, const char *what); // want, or poisoned after a report
 bool expect(Checker *c, const Node *node, Type have, Type want, const char *what);
 Type poison(void);
@@ -116,6 +145,8 @@ void check_value_among_cases(Checker *c, Node *item, Cases *cases);
 
 // --- check_call.c
 
-Type check_call(Checker *c, Node *node, Type receiver);
+// A call of what `symbol` means, or NULL: of what its name means here. The receiver is NULL if nothing stands before the
+// dot, or a library does.
+Type check_call(Checker *c, Node *node, const Type *receiver, Symbol *symbol);
 
 #endif

@@ -11,6 +11,7 @@
 #include "compiler/geometry.h"
 #include "compiler/lower.h"
 #include "compiler/passes.h"
+#include "compiler/stdlib.h"
 #include "lang/ast.h"
 
 typedef struct Compilation {
@@ -36,6 +37,7 @@ static void phase_done(Compilation *c, CompilePhase phase)
 
 static Node *read_tree(Compilation *c, const Source *source)
 {
+    if (!c->unit->library) c->unit->library = stdlib_library;
     Node *tree = parse(c->unit, source);
     phase_done(c, PHASE_PARSE);
     if (c->options->dump_tree) ast_print(c->unit, tree, c->options->dump_tree);

@@ -232,11 +232,11 @@ static bool param_default(Eval *e, const Symbol *symbol, IrParam *param, ParamVa
     if (wrong)
         complain(e, node, param->choices ? DIAG_UNKNOWN_CHOICE : DIAG_OUT_OF_RANGE, "the default of %s: %s",
                  symbol->name, wrong);
-    const Define *define = define_of(e, symbol->name);
+    const Define *define = define_of(e, param->name);
     if (!define) return !wrong;
     wrong = param_parse(&e->unit->arena, param, define->text, result);
     if (wrong && !e->options->wrong)
-        e->options->wrong = arena_printf(&e->unit->arena, "param %s: %s", symbol->name, wrong);
+        e->options->wrong = arena_printf(&e->unit->arena, "param %s: %s", param->name, wrong);
     return !wrong;
 }
 
@@ -263,31 +263,46 @@ static Value make_param(Eval *e, const Symbol *symbol)
     return size == 1 ? value_scalar(symbol->type, parts[0]) : value_vector(&e->unit->arena, symbol->type, parts, size);
 }
 
-// Lists the params in the order of the text, so that slots are the same whatever is wanted first.
+static bool is_param(const Module *module, const Symbol *symbol)
+{
+    return symbol->kind == SYMBOL_PARAM && (!module->library || symbol->used);
+}
+
+static void list_param(Eval *e, const Module *module, Symbol *symbol)
+{
+    Ir *ir = e->ir;
+    const Node *node = symbol->node->a;
+    ParamType type = param_type(symbol->type);
+    bool structure = type == PARAM_BOOL || type == PARAM_INT || type == PARAM_STRING;
+    symbol->slot = ir->param_count;
+    ir->params[ir->param_count++] = (IrParam){
+        .name = module->library ? arena_printf(&e->unit->arena, "%s.%s", module->name, symbol->name) : symbol->name,
+        .doc = node->doc ? node->doc : symbol->node->doc,
+        .type = (uint8_t)type,
+        .structure = structure,
+        .slot = structure ? 0 : ir->input_count,
+        .span = symbol->span};
+    if (!structure) ir->input_count += (uint32_t)param_size(type);
+}
+
+// Lists the params in the order of the text, so that slots are the same whatever is wanted first: those of the scene,
+// and behind them those of libraries that something uses.
 static void list_params(Eval *e)
 {
-    const Program *program = e->program;
-    Ir *ir = e->ir;
     uint32_t count = 0;
-    for (uint32_t i = 0; i < program->count; i++) count += program->items[i] && program->items[i]->kind == SYMBOL_PARAM;
-    ir->params = arena_array(ir->arena, IrParam, count);
-    for (uint32_t i = 0; i < program->count; i++) {
-        Symbol *symbol = program->items[i];
-        if (!symbol || symbol->kind != SYMBOL_PARAM) continue;
-        const Node *node = symbol->node->a;
-        ParamType type = param_type(symbol->type);
-        bool structure = type == PARAM_BOOL || type == PARAM_INT || type == PARAM_STRING;
-        symbol->slot = ir->param_count;
-        ir->params[ir->param_count++] = (IrParam){.name = symbol->name,
-                                                  .doc = node->doc ? node->doc : symbol->node->doc,
-                                                  .type = (uint8_t)type,
-                                                  .structure = structure,
-                                                  .slot = structure ? 0 : ir->input_count,
-                                                  .span = symbol->span};
-        if (!structure) ir->input_count += (uint32_t)param_size(type);
+    for (const Module *m = e->program->modules; m; m = m->next) {
+        for (const Symbol *symbol = m->first; symbol; symbol = symbol->next) count += is_param(m, symbol);
     }
-    for (uint32_t i = 0; i < program->count; i++) {
-        if (program->items[i] && program->items[i]->kind == SYMBOL_PARAM) force(e, program->items[i]);
+    e->ir->params = arena_array(e->ir->arena, IrParam, count);
+    for (const Module *m = e->program->modules; m; m = m->next) {
+        for (Symbol *symbol = m->first; symbol; symbol = symbol->next) {
+            if (is_param(m, symbol)) list_param(e, m, symbol);
+        }
+    }
+    for (const Module *m = e->program->modules; m; m = m->next) {
+        for (Symbol *symbol = m->first; symbol; symbol = symbol->next) {
+            if (is_param(m, symbol)) force(e, symbol);
+        }
     }
 }
 
@@ -493,11 +508,11 @@ static Ir *evaluate(Unit *unit, Node *tree, ElaborateOptions *options, size_t st
     if (options->unused) try_unused(e);
     write_prints(e);
     arena_release(&e->scratch);
-    for (uint32_t i = 0; i < e->program->count; i++) { // what they held is gone; the program may be elaborated again
-        Symbol *symbol = e->program->items[i];
-        if (!symbol) continue;
-        symbol->memo = NULL;
-        symbol->progress = CHECK_NOT;
+    for (const Module *module = e->program->modules; module; module = module->next) {
+        for (Symbol *symbol = module->first; symbol; symbol = symbol->next) {
+            symbol->memo = NULL; // what they held is gone; the program may be elaborated again
+            symbol->progress = CHECK_NOT;
+        }
     }
     return unit->errors || options->wrong ? NULL : e->ir;
 }

@@ -418,21 +418,23 @@ static Value eval_link(Eval *e, const Node *node, const Value *left)
     switch (node->kind) {
     case NODE_BINARY: return eval_binary(e, node, left);
     case NODE_CALL: return eval_call(e, node, left);
-    case NODE_MEMBER: return eval_member(node, left);
+    case NODE_MEMBER: return node->note ? eval_name(e, node) : eval_member(node, left);
     default: return eval_index(e, node, left);
     }
 }
 
 static Value eval_links(Eval *e, Node *const *link, int count)
 {
-    Value value = link[0]->a ? eval_expr(e, link[0]->a) : value_bad();
+    Value value = link[0]->a && !names_a_library(link[0]->a) ? eval_expr(e, link[0]->a) : value_bad();
     for (int i = 0; i < count && !e->stop;) {
         IrOp op = set_op(link[i], &value);
         if (op) {
             value = eval_set_chain(e, link, count, &i, value, op);
         } else {
             const Node *node = link[i++];
-            value = node->kind == NODE_CALL && !node->a ? eval_call(e, node, NULL) : eval_link(e, node, &value);
+            if (names_a_library(node)) continue; // it says where the call behind it is found
+            bool alone = !node->a || (node->a->kind == NODE_NAME && names_a_library(node->a));
+            value = node->kind == NODE_CALL && alone ? eval_call(e, node, NULL) : eval_link(e, node, &value);
         }
     }
     return value;

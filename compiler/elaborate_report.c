@@ -1,6 +1,6 @@
 // Where something went wrong and why.
 //
-// The prelude is not the author's text: what happens in it is told at the call that led into it, and if it comes from
+// What is compiled in is not the author's text: what happens in it is told at the call that led into it, and if it comes from
 // an argument, at that argument. Inside of the author's own functions it is told where it happens, with the calls
 // that led there.
 #include <stdarg.h>
@@ -11,7 +11,8 @@
 
 static bool in_prelude(const Eval *e, Span span)
 {
-    return span_within(span, e->program->prelude);
+    const Source *source = source_of(&e->unit->sources, span.begin);
+    return source && source->prelude;
 }
 
 // The first parameter of the current function that an expression names; the frame's arguments say what it is.
@@ -137,7 +138,8 @@ static bool chain_list(Chain *chain, const Node *list, const Frame *frame, int d
     if (depth > DEPTH_MAX) return false;
     for (; list; list = list->next) {
         for (const Node *node = list; node;) {
-            if (node->kind == NODE_NAME && chain_name(chain, node, frame, depth)) return true;
+            bool name = node->kind == NODE_NAME || (node->kind == NODE_MEMBER && node->note);
+            if (name && chain_name(chain, node, frame, depth)) return true;
             if (chain_list(chain, node->b, frame, depth + 1)) return true;
             if (node->kind != NODE_CALL && chain_list(chain, node->c, frame, depth + 1)) return true;
             if (!node_is_link(node)) {

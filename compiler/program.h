@@ -6,6 +6,9 @@
 //   NODE_CALL, NODE_DECLARE   Call (NODE_DECLARE with a block: the call of its word)
 //   NODE_LET, NODE_DECLARE=   Symbol          NODE_FOR       Symbol of its name
 //   NODE_PARAM                Symbol          NODE_FN TAG TOOL  Symbol
+//   NODE_MEMBER               Symbol of what a library is asked for, as `tint` in `clay.tint`; a SYMBOL_LIBRARY where it
+//                             says where the call behind it is found, as `clay` in `head.clay.worn()`; else NULL
+//   NODE_FILE (of a library)  Module
 // Names are bound to symbols once, so that evaluating never looks up a text. Calls live in the unit's tree_arena, as
 // the nodes do; the rest in its arena.
 #ifndef SCN_COMPILER_PROGRAM_H
@@ -17,6 +20,18 @@
 #include "lang/unit.h"
 
 struct Value;
+
+// The files whose definitions see each other without more: the scene with all that it includes, or a library with all
+// that it includes. The prelude has none.
+typedef struct Module {
+    Name name; // of a library, as its params are called on the command line; unlike those of the others
+    Node *file;
+    bool library;
+    bool quiet;           // is compiled in: nothing is said about its style
+    struct Module *next;  // in the order in which they are met
+    struct Symbol *first; // its definitions, in the order of the text
+    struct Symbol **end;
+} Module;
 
 // A parameter of a call, of a built-in or a user's function alike.
 typedef struct Parameter {
@@ -42,7 +57,7 @@ typedef struct Callable {
     Name name;
     uint8_t kind;  // CallableKind
     uint8_t state; // CheckState of the body
-    bool prelude;  // part of the standard prelude
+    bool prelude;  // compiled in: what happens in its body is told where the scene calls it
     bool declared; // its result type is written (or follows from its kind)
     uint16_t id;   // BuiltinId
     Parameter *parameters;
@@ -61,6 +76,8 @@ typedef enum SymbolKind {
     SYMBOL_LOOP,
     SYMBOL_CALLABLE, // a user's fn, tag or tool; built-ins that are called
     SYMBOL_CONSTANT, // built in: pi, time, x …
+    SYMBOL_LIBRARY,  // of a `use`: what stands before the dot
+    SYMBOL_BROUGHT,  // a name of a library that a `use` brings as it is
     SYMBOL_ERROR,    // was reported
 } SymbolKind;
 
@@ -72,21 +89,24 @@ typedef struct Symbol {
     uint8_t state; // CheckState
     bool global;   // of a file
     bool used;
-    bool library; // of a file that came by use, or of the prelude
+    Module *module; // of a file's definition; SYMBOL_LIBRARY, SYMBOL_BROUGHT: the one that uses it
     Type type;
-    Span span;          // of the name, where it is defined
-    const Node *node;   // the definition; NULL for built-ins
-    Node *value;        // SYMBOL_LET: the expression
-    Callable *callable; // SYMBOL_CALLABLE
-    uint16_t id;        // SYMBOL_CONSTANT: BuiltinId
-    uint32_t slot;      // of a local name, in its frame
-    uint32_t slots;     // of the frame in which a file's definition is evaluated
-    uint32_t order;     // of a file's definition: its place in the text
+    Span span;            // of the name, where it is defined
+    const Node *node;     // the definition; NULL for built-ins
+    Node *value;          // SYMBOL_LET: the expression
+    Callable *callable;   // SYMBOL_CALLABLE
+    uint16_t id;          // SYMBOL_CONSTANT: BuiltinId
+    Module *opens;        // SYMBOL_LIBRARY: whose names it gives
+    struct Symbol *means; // SYMBOL_BROUGHT: the definition in the library
+    struct Symbol *next;  // of a file's definitions: the next of the module
+    uint32_t slot;        // of a local name, in its frame
+    uint32_t slots;       // of the frame in which a file's definition is evaluated
+    uint32_t order;       // of a file's definition: its place in the text
     // Definitions that are evaluated for certain when this one is, so that long chains of them can be evaluated
     // without recursion.
     struct Symbol **needs;
     uint32_t need_count, need_capacity;
-    struct Symbol *outer; // what the name means around its scope
+    struct Symbol *outer; // what the name means around its scope; of a file's: in another module
     uint32_t body, scope; // which body and block it is local to
     struct Value *memo;   // of a file's definition, once evaluated
     uint8_t progress;     // CheckState of the evaluation
@@ -119,8 +139,8 @@ typedef struct Program {
     Symbol **items; // every item of the files in text order; entry i belongs to nodes[i]; NULL where it defines nothing
     Node **nodes;
     uint32_t count, capacity;
-    uint32_t slots; // of the frame in which file items are evaluated
-    Span prelude;   // where the texts of the prelude are
+    uint32_t slots;  // of the frame in which file items are evaluated
+    Module *modules; // the scene's, then the libraries
 } Program;
 
 // Bytes of the C stack between a place where a phase began and here. Definitions may wait for each other in chains of
@@ -131,9 +151,11 @@ static inline size_t stack_used(const char *begin)
     return begin > here ? (size_t)(begin - here) : (size_t)(here - begin);
 }
 
-static inline bool span_within(Span span, Span whole)
+// Whether a node stands for a library and not for a value: `clay` in `clay.tint` and in `head.clay.worn()`.
+static inline bool names_a_library(const Node *node)
 {
-    return span.begin >= whole.begin && span.end <= whole.end;
+    if (!node || (node->kind != NODE_NAME && node->kind != NODE_MEMBER) || !node->note) return false;
+    return ((const Symbol *)node->note)->kind == SYMBOL_LIBRARY;
 }
 
 #endif

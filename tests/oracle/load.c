@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "compiler/stdlib.h"
 #include "compiler/check.h"
 #include "compiler/elaborate.h"
 #include "lang/ast.h"
@@ -22,6 +23,7 @@ bool oracle_load(OracleSource *source, const char *path, const char *text, size_
     }
     const char *mark = memmem(text, length, "// bound: ", 10);
     if (mark) source->bound = strtod(mark + 10, NULL);
+    unit->library = stdlib_library;
     Node *tree = parse(unit, main_file);
     check(unit, tree);
     ElaborateOptions options = {0};

@@ -145,7 +145,7 @@ static void what_nothing_uses_is_looked_at_on_demand(void **state)
     m = (Made){.options = {.unused = true}};
     make(&m, scene);
     assert_null(m.ir);
-    assert_string_equal(reported(&m.unit), "1:13 division-by-zero");
+    assert_string_equal(reported(&m.unit), "1:5 unused, 1:13 division-by-zero");
     release(&m);
 }
 
