@@ -192,7 +192,10 @@ void modules_check(Checker *c)
 
 static bool shows(const Node *node)
 {
-    return node->kind == NODE_VALUE || node->kind == NODE_FOR;
+    if (node->kind == NODE_FOR) return true;
+    if (node->kind != NODE_VALUE) return false;
+    const Node *call = node->a; // `scene { }` shows nothing
+    return call->kind != NODE_CALL || call->a || call->b || !call->c || call->c->a;
 }
 
 // Lights, cameras and such belong to the scene by being declared.

@@ -52,6 +52,7 @@ camera { eye: (0, 1, 5); look_at: (0, 0, 0); fov: 40deg; }
 camera side { eye: (5, 0, 0); look_at: (0, 0, 0); fov: 40deg; }
 light { direction: (-1, -1, -1); }
 animation { duration: 1s; fps: 8; }
+assert level >= 0;
 object ball = sphere(1) - cylinder(radius: 0.4).rotate(x: turn + 90deg * (time / 1s));
 scene { ball.move(right, 0, 0); }
 END
