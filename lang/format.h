@@ -12,7 +12,8 @@
 //  - Spaces around operators but `^`, behind commas and colons, and inside of { }.
 //  - A `;` that ends no item goes; so does the one behind a } that ends a value. All else ends with one, but a value that is last in the
 //    body of a fn, tag, tool, if or for may do without: so results are written.
-//  - Comments at the ends of neighbouring lines begin in one column.
+//  - `a - union { … }` that does not fit is broken inside of the block alone.
+//  - Comments at the ends of neighbouring lines begin in one column, also where one or two lines between them have none.
 //
 // Formatting twice changes nothing more, and the tree is the same afterwards: format_source() tests the latter each time.
 //

@@ -239,10 +239,24 @@ static void print_sequence(Printer *p, const Box *box, int indent, int after)
     }
 }
 
+// `a - union { … }` that does not fit is broken inside of the block: its head and its } show well enough what belongs together.
+static bool ends_in_block(const Printer *p, const Box *box, int indent, int after)
+{
+    const Box *last = box->last;
+    if (box->count != 2 || last->kind != BOX_SEQUENCE || last->last->kind != BOX_BLOCK) return false;
+    Size head = size_join(box->first->size, piece_gap(p->pieces, last->before) + 1, (Size){.flat = 0});
+    for (const Box *part = last->first; part; part = part->next) {
+        if (p->pieces->list[part->piece].forced) return false;
+        Size size = part == last->last ? (Size){.breaks = true, .head = 1, .tail = 1} : part->size;
+        head = size_join(head, piece_gap(p->pieces, part->piece), size);
+    }
+    return fits(p, box->piece, head, indent, after);
+}
+
 // `inner`: of the lines that operators begin, if it is broken.
 static void print_operands(Printer *p, const Box *box, int indent, int inner, int after)
 {
-    bool flat = !box->broken && fits(p, box->piece, box->size, indent, after);
+    bool flat = !box->broken && (fits(p, box->piece, box->size, indent, after) || ends_in_block(p, box, indent, after));
     if (flat) inner = indent;
     for (const Box *part = box->first; part; part = part->next) {
         if (part != box->first) {
@@ -491,6 +505,33 @@ static int move_pieces(Printer *p, int piece, size_t at, size_t by)
     return piece;
 }
 
+enum { TRAILING_APART = 2 }; // lines without a comment that may stand between two that share a column
+
+static int line_indent(const Printer *p, size_t at)
+{
+    while (at && p->text[at - 1] != '\n') at--;
+    int indent = 0;
+    while (p->text[at + (size_t)indent] == ' ') indent++;
+    return indent;
+}
+
+// Whether the next comment stands in the column of one: in the next line, or a little further down among lines of the same indentation, none of
+// which is empty or begins with a comment.
+static bool shares_column(const Printer *p, const Trailing *one, const Trailing *next)
+{
+    int apart = next->line - one->line - 1;
+    if (apart == 0) return true;
+    int indent = line_indent(p, one->at);
+    if (apart > TRAILING_APART || line_indent(p, next->at) != indent) return false;
+    const char *line = p->text + one->at;
+    while (apart-- > 0) {
+        line = (const char *)rawmemchr(line, '\n') + 1; // comments may hold any bytes
+        int spaces = (int)strspn(line, " ");
+        if (spaces != indent || line[spaces] == '\n' || line[spaces] == '/') return false;
+    }
+    return true;
+}
+
 // Moves the comments of neighbouring lines into one column. The text grows on the way, and the places of the pieces with it.
 static void align_comments(Printer *p)
 {
@@ -499,7 +540,7 @@ static void align_comments(Printer *p)
     int piece = 0;
     for (int i = 0; i < p->trailing_count;) {
         int end = i + 1;
-        while (end < p->trailing_count && p->trailing[end].line == p->trailing[end - 1].line + 1) end++;
+        while (end < p->trailing_count && shares_column(p, &p->trailing[end - 1], &p->trailing[end])) end++;
         int column = common_column(p, i, end);
         for (; i < end; i++) {
             const Trailing *t = &p->trailing[i];
@@ -513,6 +554,7 @@ static void align_comments(Printer *p)
     put(&out, p->text + done, p->length - done);
     p->text = out.text;
     p->length = out.length;
+    p->capacity = out.capacity;
 }
 
 Printed boxes_print(const Pieces *pieces, const Box *file, Arena *arena)

@@ -1,7 +1,9 @@
 // scn fmt: puts scenes into the one style of lang/format.h.
 //
 // A file is read, formatted in memory, and written as a whole if that changed it: under its name, through links, with its permissions. One
-// with errors of syntax is refused and stays as it is; the others of the command line are formatted all the same.
+// with errors of syntax is refused and stays as it is; the others of the command line are formatted all the same. A folder stands for the
+// scenes in it and below, in the order of their names; hidden files and folders, and links to folders, are passed over.
+#include <dirent.h>
 #include <errno.h>
 #include <stdlib.h>
 #include <string.h>
@@ -91,6 +93,66 @@ static int format_file(const Options *options, const char *path)
     return status;
 }
 
+// --- Folders
+
+typedef enum PathKind { PATH_SCENE, PATH_FOLDER, PATH_OTHER } PathKind;
+
+// What a name in a folder stands for. What only a stat() can tell is asked for: some file systems say nothing in the entry.
+static PathKind path_kind(const char *path, const struct dirent *entry)
+{
+    size_t length = strlen(entry->d_name);
+    if (entry->d_name[0] == '.') return PATH_OTHER;
+    bool scene = length > 4 && !strcmp(entry->d_name + length - 4, ".scn");
+    struct stat status;
+    if (lstat(path, &status)) return PATH_OTHER;
+    if (S_ISDIR(status.st_mode)) return PATH_FOLDER;
+    if (S_ISLNK(status.st_mode) && stat(path, &status)) return PATH_OTHER;
+    return scene && S_ISREG(status.st_mode) ? PATH_SCENE : PATH_OTHER;
+}
+
+static int worse(int a, int b)
+{
+    return a > b ? a : b;
+}
+
+static int format_folder(const Options *options, const char *folder, int *scenes)
+{
+    struct dirent **entries;
+    int count = scandir(folder, &entries, NULL, alphasort), worst = EXIT_DONE;
+    if (count < 0) {
+        command_error("cannot read %s: %s", folder, strerror(errno));
+        return EXIT_WORLD;
+    }
+    for (int i = 0; i < count; i++) {
+        char path[FILE_PATH_SIZE];
+        size_t length = strlen(folder);
+        const char *slash = length && folder[length - 1] == '/' ? "" : "/";
+        int needed = snprintf(path, sizeof path, "%s%s%s", folder, slash, entries[i]->d_name);
+        PathKind kind = needed < (int)sizeof path ? path_kind(path, entries[i]) : PATH_OTHER;
+        if (kind == PATH_FOLDER) worst = worse(worst, format_folder(options, path, scenes));
+        if (kind == PATH_SCENE) worst = worse(worst, format_file(options, path));
+        *scenes += kind == PATH_SCENE;
+        free(entries[i]);
+    }
+    free(entries);
+    return worst;
+}
+
+// A file, a folder or "-".
+static int format_path(const Options *options, const char *path)
+{
+    struct stat status;
+    if (!strcmp(path, "-") || stat(path, &status) || !S_ISDIR(status.st_mode)) return format_file(options, path);
+    if (options->first_line) {
+        command_error("--lines is for one file, and %s is a folder", path);
+        return EXIT_USAGE;
+    }
+    int scenes = 0, worst = format_folder(options, path, &scenes);
+    if (scenes || worst) return worst;
+    command_error("there is no scene (.scn) in %s", path);
+    return EXIT_WORLD;
+}
+
 int command_fmt(const Options *options)
 {
     if (options->first_line && options->file_count > 1) {
@@ -98,9 +160,6 @@ int command_fmt(const Options *options)
         return EXIT_USAGE;
     }
     int worst = EXIT_DONE;
-    for (int i = 0; i < options->file_count; i++) {
-        int status = format_file(options, options->files[i]);
-        if (status > worst) worst = status;
-    }
+    for (int i = 0; i < options->file_count; i++) worst = worse(worst, format_path(options, options->files[i]));
     return worst;
 }

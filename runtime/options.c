@@ -110,6 +110,7 @@ static bool set_lines(Options *options, const char *text)
 {
     char first[16] = "";
     const char *dots = strstr(text, ".."), *last = dots ? dots + 2 : text;
+    if (!dots && (dots = strchr(text, ':'))) last = dots + 1;
     size_t length = dots ? (size_t)(dots - text) : strlen(text);
     if (length < sizeof first) memcpy(first, text, length);
     if (!whole(first, 1, 1 << 30, &options->first_line) || !whole(last, 1, 1 << 30, &options->last_line))

@@ -68,6 +68,22 @@ run 2 "$scn" fmt --lines 0..2 lines.scn
 run 2 "$scn" fmt --lines 1..2 lines.scn good.scn
 says err 'one file'
 
+run 0 "$scn" fmt --lines 3:3 lines.scn
+same "$(sed -n 3p lines.scn)" 'let c = 3;'
+
+# Folders: all scenes below, but nothing hidden and no folder behind a link.
+mkdir -p tree/deep/.hidden tree/empty
+for file in tree/b.scn tree/a.scn tree/deep/c.scn tree/deep/.hidden/d.scn tree/text.txt; do printf 'a  ;\n' >"$file"; done
+ln -s .. tree/deep/loop
+run 1 "$scn" fmt --check tree
+same "$(cat out)" "$(printf 'tree/a.scn\ntree/b.scn\ntree/deep/c.scn')"
+run 0 "$scn" fmt tree/
+run 0 "$scn" fmt --check tree
+same "$(cat tree/deep/c.scn tree/deep/.hidden/d.scn tree/text.txt)" "$(printf 'a;\na  ;\na  ;')"
+run 3 "$scn" fmt tree/empty
+says err 'no scene'
+run 2 "$scn" fmt --lines 1..2 tree
+
 # The world.
 run 2 "$scn" fmt
 run 3 "$scn" fmt missing.scn
