@@ -35,7 +35,8 @@ static bool same_comments(Unit *unit, const Pieces *before, const Source *result
     if (before->comment_count != after.comment_count) return false;
     for (int i = 0; i < after.comment_count; i++) {
         const char *a = before->source->text + before->comments[i].begin, *b = result->text + after.comments[i].begin;
-        const char *a_end = before->source->text + before->comments[i].end, *b_end = result->text + after.comments[i].end;
+        const char *a_end = before->source->text + before->comments[i].end,
+                   *b_end = result->text + after.comments[i].end;
         while (a < a_end || b < b_end) { // space at the ends of lines is not kept
             if (a < a_end && b < b_end && *a == *b) {
                 a++, b++;
@@ -92,7 +93,8 @@ static Printed mix(const Pieces *pieces, const Printed *printed, const FormatOpt
         const Piece *piece = &pieces->list[i];
         bool end = i == pieces->count - 1;
         bool written = printed->begin[i] != NOT_WRITTEN && piece->length && piece->end > piece->begin;
-        if (!written && !end) continue; // a comma or semicolon that only one of the two texts has: it is part of the gap
+        if (!written && !end)
+            continue; // a comma or semicolon that only one of the two texts has: it is part of the gap
         bool formatted = in_lines(options, line, piece->line);
         const char *gap = formatted ? printed->text + from_printed : source + from_source;
         size_t gap_length = formatted ? printed->begin[i] - from_printed : piece->begin - from_source;

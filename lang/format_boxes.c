@@ -84,6 +84,20 @@ int piece_gap(const Pieces *pieces, int piece)
     return p->comment_count ? p->comment_columns + !piece_closes_up(p) : p->space;
 }
 
+int piece_lead(const Pieces *pieces, int piece)
+{
+    const Piece *p = &pieces->list[piece];
+    const Comment *comments = &pieces->comments[p->comments];
+    if (!p->comment_count || p->breaks || comments[p->comment_count - 1].ends_line) return 0;
+    int columns = 0;
+    for (int i = 0; i < p->comment_count; i++) {
+        if (comments[i].breaks || comments[i].several_lines)
+            columns = 0; // the last of several lines may begin anywhere
+        if (!comments[i].several_lines) columns += comments[i].columns + 1;
+    }
+    return columns;
+}
+
 // --- Making
 
 static Box *box_new(Maker *m, BoxKind kind, int piece)
@@ -123,7 +137,8 @@ static Size size_behind(const Maker *m, Size before, int indent, int piece, Size
 {
     const Piece *first = &m->list[piece];
     if (!first->forced) return size_join(before, piece_gap(m->pieces, piece), size);
-    return size_join(size_join(before, 0, size_line(indent + piece_indent(first))), 0, size);
+    return size_join(size_join(before, 0, size_line(indent + piece_indent(first) + piece_lead(m->pieces, piece))), 0,
+                     size);
 }
 
 // Finishes a sequence: one part stands for itself.
@@ -168,7 +183,8 @@ static void measure_brackets(Maker *m, Box *box)
     for (const Box *part = box->first; part; part = part->next) {
         int gap = m->list[part->piece].comment_columns + (part != box->first);
         box->size = size_join(box->size, gap, part->size);
-        if (part->after != NO_PIECE) box->size = size_join(box->size, m->list[part->after].comment_columns, size_of_columns(part->next != NULL));
+        if (part->after != NO_PIECE)
+            box->size = size_join(box->size, m->list[part->after].comment_columns, size_of_columns(part->next != NULL));
     }
     box->size = size_join(box->size, m->list[box->close].comment_columns, size_of_columns(1));
 }
@@ -278,7 +294,7 @@ static void settle_semicolon(Maker *m, const Box *item, bool body)
 static void make_items(Maker *m, Box *box, bool body)
 {
     while (!is_closer(code(m))) {
-        if (code(m) == ';') { // an empty item
+        if (code(m) == ';') {                            // an empty item
             bool first = box->piece == 0 && !box->count; // without it a `///` behind it might be the file's
             if (has_doc(m, &m->list[m->at]) || (first && has_doc(m, &m->list[m->at + 1])))
                 box_add(box, make_piece(m));
@@ -303,7 +319,8 @@ static void measure_block(Maker *m, Box *box)
     }
     box->size = size_of_columns(1);
     for (const Box *part = box->first; part; part = part->next) {
-        int semicolon = part->after == NO_PIECE ? 0 : m->list[part->after].columns + m->list[part->after].comment_columns;
+        int semicolon =
+            part->after == NO_PIECE ? 0 : m->list[part->after].columns + m->list[part->after].comment_columns;
         box->size = size_join(box->size, 1 + m->list[part->piece].comment_columns, part->size);
         box->size = size_join(box->size, semicolon, size_of_columns(0));
     }
@@ -460,7 +477,18 @@ static Box *make_unary(Maker *m)
 
 // --- Operators
 
-enum { RANK_OR, RANK_AND, RANK_NOT, RANK_COMPARE, RANK_RANGE, RANK_UNION, RANK_INTERSECT, RANK_SUM, RANK_PRODUCT, RANK_UNARY };
+enum {
+    RANK_OR,
+    RANK_AND,
+    RANK_NOT,
+    RANK_COMPARE,
+    RANK_RANGE,
+    RANK_UNION,
+    RANK_INTERSECT,
+    RANK_SUM,
+    RANK_PRODUCT,
+    RANK_UNARY
+};
 
 static int rank_of(int c)
 {
@@ -488,7 +516,8 @@ static void measure_chain(Maker *m, Box *box)
 {
     box->broken = box->first->size.lined;
     for (const Box *part = box->first->next; part; part = part->next) {
-        if (m->list[part->before].on_new_line || m->list[part->piece].on_new_line || part->size.lined) box->broken = true;
+        if (m->list[part->before].on_new_line || m->list[part->piece].on_new_line || part->size.lined)
+            box->broken = true;
     }
     int indent = box->broken ? FORMAT_INDENT : 0;
     box->size = box->first->size;

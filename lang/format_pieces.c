@@ -86,7 +86,8 @@ static void read_gap(Reader *r, Piece *piece, uint32_t at)
         char c = r->text[at];
         if (c == '/') {
             uint32_t end = comment_end(r->text, at, piece->begin);
-            Comment comment = {.begin = at, .end = without_space(r->text, at, end), .breaks = (uint8_t)(breaks > 2 ? 2 : breaks)};
+            Comment comment = {
+                .begin = at, .end = without_space(r->text, at, end), .breaks = (uint8_t)(breaks > 2 ? 2 : breaks)};
             add_comment(r, piece, comment);
             breaks = 0;
             at = end;
@@ -120,7 +121,8 @@ static void add_piece(Reader *r, int code, uint32_t begin, uint32_t end)
 {
     Pieces *p = r->pieces;
     uint32_t before = p->count ? p->list[p->count - 1].end : 0;
-    Piece piece = {.code = code, .text = r->text + begin, .begin = begin, .end = end, .length = end - begin, .match = NO_PIECE};
+    Piece piece = {
+        .code = code, .text = r->text + begin, .begin = begin, .end = end, .length = end - begin, .match = NO_PIECE};
     piece.columns = columns_of(piece.text, piece.length);
     read_gap(r, &piece, before);
     while (r->line_at < begin) r->line += r->text[r->line_at++] == '\n';

@@ -150,9 +150,12 @@ static void put_piece(Printer *p, int index, int indent)
     const Piece *piece = &p->pieces->list[index];
     indent += piece_indent(piece);
     bool line = p->wanted == WANT_LINE;
-    bool own_line = piece->comment_count && p->pieces->comments[piece->comments + piece->comment_count - 1].breaks > 0;
+    bool first = !p->length && piece->comment_count == 1; // a comment that begins the text begins a line too
+    bool own_line =
+        first || (piece->comment_count && p->pieces->comments[piece->comments + piece->comment_count - 1].breaks > 0);
     put_comments(p, piece, indent);
-    bool after_comment = line && own_line && piece->breaks == 0 && p->length; // the comment has the line that was wanted
+    bool after_comment =
+        line && own_line && piece->breaks == 0 && p->length; // the comment has the line that was wanted
     if (after_comment && !p->pieces->comments[piece->comments + piece->comment_count - 1].ends_line) want(p, true);
     switch (p->wanted) {
     case WANT_LINE: {
@@ -177,8 +180,13 @@ static void put_piece(Printer *p, int index, int indent)
 static int next_column(const Printer *p, int piece, int indent)
 {
     const Piece *next = &p->pieces->list[piece];
-    if (p->wanted == WANT_LINE) return p->indent + (next->forced ? 0 : next->comment_columns);
-    if (next->forced) return indent + piece_indent(next);
+    if (p->wanted == WANT_LINE && next->forced) {
+        bool goes_on =
+            p->pieces->comments[next->comments + next->comment_count - 1].breaks > 0; // on the last comment's line
+        return p->indent + (goes_on ? piece_lead(p->pieces, piece) : 0);
+    }
+    if (p->wanted == WANT_LINE) return p->indent + next->comment_columns;
+    if (next->forced) return indent + piece_indent(next) + piece_lead(p->pieces, piece);
     if (!next->comment_count) return p->column + (p->wanted == WANT_SPACE);
     return p->column + (p->opened ? next->comment_columns : piece_gap(p->pieces, piece));
 }
@@ -187,7 +195,8 @@ static bool fits(const Printer *p, int piece, Size size, int indent, int after)
 {
     int at = next_column(p, piece, indent);
     if (!size.breaks) return at + size.flat + after <= FORMAT_WIDTH;
-    return at + size.head <= FORMAT_WIDTH && indent + size.middle <= FORMAT_WIDTH && indent + size.tail + after <= FORMAT_WIDTH;
+    return at + size.head <= FORMAT_WIDTH && indent + size.middle <= FORMAT_WIDTH &&
+           indent + size.tail + after <= FORMAT_WIDTH;
 }
 
 // The columns of a box up to the first place where it may be broken. `whole` is set where there is none.
@@ -472,9 +481,7 @@ static void print(Printer *p, const Box *box, int indent, int after)
     case BOX_CHAIN: print_chain(p, box, indent, after); break;
     case BOX_DOTS: print_dots(p, box, indent, after); break;
     case BOX_BRACKETS: print_brackets(p, box, indent, after); break;
-    case BOX_BLOCK:
-        print_block(p, box, indent, box->broken || !fits(p, box->piece, box->size, indent, after));
-        break;
+    case BOX_BLOCK: print_block(p, box, indent, box->broken || !fits(p, box->piece, box->size, indent, after)); break;
     case BOX_IF: print_if(p, box, indent, after); break;
     }
 }

@@ -32,10 +32,10 @@ typedef struct Piece {
     uint32_t length;     // of the text; 0 for what is not written: it is there to hold its place and its comments
     int comments;        // index of the first comment before it
     int comment_count;
-    uint8_t breaks;      // line breaks between the last comment, or the piece before, and it; 2 for more
-    bool on_new_line;    // there is a line break, in comments too, between the piece before and it
-    bool forced;         // a comment before it needs a line break
-    bool space;          // before it on a line
+    uint8_t breaks;   // line breaks between the last comment, or the piece before, and it; 2 for more
+    bool on_new_line; // there is a line break, in comments too, between the piece before and it
+    bool forced;      // a comment before it needs a line break
+    bool space;       // before it on a line
     int columns;
     int comment_columns; // of the comments before it on its line, with their spaces
     int match;           // the other bracket
@@ -80,14 +80,14 @@ typedef struct Size {
 
 typedef struct Box Box;
 struct Box {
-    uint8_t kind;   // BoxKind
-    bool broken;    // the author, or a comment, wants it on several lines
-    bool call;      // BOX_DOTS's part: has arguments, so may begin a line
-    int piece;      // the first of it
-    int close;      // BOX_BRACKETS, BOX_BLOCK: the closing one
-    int before;     // among the parts of a chain: its operator or dot
-    int after;      // among elements and items: its comma or semicolon, or NO_PIECE
-    int count;      // of parts
+    uint8_t kind; // BoxKind
+    bool broken;  // the author, or a comment, wants it on several lines
+    bool call;    // BOX_DOTS's part: has arguments, so may begin a line
+    int piece;    // the first of it
+    int close;    // BOX_BRACKETS, BOX_BLOCK: the closing one
+    int before;   // among the parts of a chain: its operator or dot
+    int after;    // among elements and items: its comma or semicolon, or NO_PIECE
+    int count;    // of parts
     Size size;
     Box *first, *last, *next;
 };
@@ -97,8 +97,11 @@ Box *boxes_make(Pieces *pieces, Arena *arena);
 
 Size size_join(Size a, int gap, Size b);
 int piece_gap(const Pieces *pieces, int piece); // columns between the piece before and it on one line
-bool piece_closes_up(const Piece *piece);       // no space stands before it, even behind a comment
-int piece_indent(const Piece *piece);           // how much further it stands than what it goes on with, if a comment makes it begin a line
+int piece_lead(const Pieces *pieces,
+               int piece); // columns of comments before it on the line that one of them makes it begin; 0: none
+bool piece_closes_up(const Piece *piece); // no space stands before it, even behind a comment
+int piece_indent(
+    const Piece *piece); // how much further it stands than what it goes on with, if a comment makes it begin a line
 
 typedef struct Printed {
     char *text; // in the arena

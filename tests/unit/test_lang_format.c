@@ -527,7 +527,7 @@ static void no_line_ends_in_space(const char *text)
     if (strstr(text, "\n\n\n")) fail_with("two empty lines", text);
 }
 
-enum { PROGRAMS = 10000 };
+enum { PROGRAMS = 2000 }; // tests/fmt/random_programs.c runs any number
 
 static void random_programs_keep_their_trees_and_are_formatted_once_for_all(void **state)
 {
