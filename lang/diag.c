@@ -58,18 +58,26 @@ bool diag_code_find(const char *name, DiagCode *code)
 
 // --- Reporting ---
 
-static bool is_kept(const Diagnostics *list, DiagCode code, Span span)
+// Where a report of a code at a span stands among those that are kept, or the empty place where it will stand. A text of nothing but
+// mistakes has hundreds of thousands of them, so they are not looked through one by one.
+static Diag **place_of(Unit *unit, DiagCode code, Span span)
 {
-    for (const Diag *d = list->first; d; d = d->next) {
-        if (d->code == code && d->span.begin == span.begin && d->span.end == span.end) return true;
+    enum { PLACES = 8192 }; // a power of two above 3 * DIAG_KEPT_MAX
+    Diagnostics *list = &unit->diagnostics;
+    if (!list->places) list->places = arena_array(&unit->arena, Diag *, PLACES);
+    uint64_t hash = (((uint64_t)span.begin << 32 | span.end) ^ (uint64_t)code << 24) * 0x9e3779b97f4a7c15u;
+    for (uint32_t k = (uint32_t)(hash >> 51);; k++) {
+        Diag **place = &list->places[k % PLACES];
+        const Diag *d = *place;
+        if (!d || (d->code == code && d->span.begin == span.begin && d->span.end == span.end)) return place;
     }
-    return false;
 }
 
 Diag *diag(Unit *unit, Span span, DiagCode code, const char *format, ...)
 {
     Diagnostics *list = &unit->diagnostics;
-    if (is_kept(list, code, span)) return &list->discarded;
+    Diag **place = place_of(unit, code, span);
+    if (*place) return &list->discarded;
     Severity severity = facts[code].severity;
     if (severity == SEVERITY_WARNING && list->warnings_are_errors) severity = SEVERITY_ERROR;
     if (severity == SEVERITY_ERROR) unit->errors++;
@@ -77,7 +85,7 @@ Diag *diag(Unit *unit, Span span, DiagCode code, const char *format, ...)
     if (list->kept[severity] >= DIAG_KEPT_MAX) return &list->discarded;
     list->kept[severity]++;
 
-    Diag *d = arena_new(&unit->arena, Diag);
+    Diag *d = *place = arena_new(&unit->arena, Diag);
     d->code = code;
     d->severity = severity;
     d->span = span;

@@ -57,6 +57,7 @@ typedef struct Diag {
 
 typedef struct Diagnostics {
     Diag *first, *last; // as they were reported; at most DIAG_KEPT_MAX of each severity
+    Diag **places;      // those that are kept, by code and span
     Diag discarded;     // given for what is not kept
     int kept[3];        // by severity
     int shown_limit;    // errors printed, and warnings printed; 0 means 20
