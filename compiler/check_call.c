@@ -71,7 +71,9 @@ static bool parameter_takes(const Parameter *p, Type have)
     case GENERIC_RANGE: return have.kind == TYPE_RANGE;
     case GENERIC_VECTOR: return have.kind == TYPE_VEC2 || have.kind == TYPE_VEC3;
     case GENERIC_NUMERIC: return type_is_numeric(have);
-    default: return have.kind == TYPE_QUADRIC || have.kind == TYPE_OBJECT || have.kind == TYPE_PERTURBATION;
+    default:
+        return have.kind == TYPE_QUADRIC || have.kind == TYPE_OBJECT || have.kind == TYPE_PATCH ||
+               have.kind == TYPE_PERTURBATION;
     }
 }
 
@@ -179,6 +181,21 @@ static void join_common(Calling *k, const Parameter *p, const Node *node, Type h
     }
 }
 
+// What `any` of the patches' signatures stands for.
+static void check_patch_argument(Calling *k, const Parameter *p, const Node *node, Type have)
+{
+    bool stiffness = k->callee->id == BUILTIN_PATCH && !strcmp(p->name, "stiffness");
+    bool tangent = (k->callee->id == BUILTIN_EDGE_U || k->callee->id == BUILTIN_EDGE_V) && !strcmp(p->name, "tangent");
+    if (!stiffness && !tangent) return;
+    Type one = stiffness && have.list ? type_element(have) : have;
+    if (type_converts(one, type_of(TYPE_VEC3)) || (tangent && type_converts(one, type_number(0, 0)))) return;
+    k->bad = true;
+    diag(k->c->unit, node->span, DIAG_TYPE_MISMATCH, "%s is %s, and this is %s", parameter_phrase(k, p),
+         stiffness ? "three numbers (b, c, d), or a list of three such, for x, y and z"
+                   : "a number, or three for x, y and z",
+         type_phrase(&k->c->unit->arena, have));
+}
+
 static void check_argument(Calling *k, int at, Node *node, Type have)
 {
     const Parameter *p = &k->callee->parameters[at];
@@ -201,6 +218,8 @@ static void check_argument(Calling *k, int at, Node *node, Type have)
         k->bad = true;
         diag(k->c->unit, node->span, DIAG_PATCH_SHEET,
              "a patch is a sheet without an inside: thicken it, or make it solid, first");
+    } else {
+        check_patch_argument(k, p, node, have);
     }
 }
 
@@ -499,6 +518,7 @@ static Type result_of(const Calling *k)
     if (!k->callee->result_same) return result.kind == TYPE_ANY ? poison() : result;
     if (common.kind == TYPE_ANY) return poison();
     common.zero = common.whole = false;
+    if (common.kind == TYPE_PATCH) common.kind = TYPE_OBJECT; // where it is moved, it is no patch any more
     return common;
 }
 

@@ -75,9 +75,11 @@ static void load_builtin(Checker *c, Symbol *symbol)
     }
 }
 
-static bool is_later(const Symbol *builtin)
+// What may be hidden without a word: what is not there yet, and u and v, which mean something in patches alone.
+static bool may_hide(const Symbol *builtin)
 {
     bool table = !builtin->callable || builtin->callable->kind == CALLABLE_BUILTIN;
+    if (builtin->kind == SYMBOL_CONSTANT && (builtin->id == BUILTIN_U || builtin->id == BUILTIN_V)) return true;
     return table && builtins[builtin->id].since == SINCE_LATER;
 }
 
@@ -127,7 +129,7 @@ Symbol *names_global(Checker *c, SymbolKind kind, Name name, Span span, const No
         return symbol; // is checked, though no name leads to it
     }
     // A library's names are called with its own before them, so they hide nothing that its users see.
-    if (entry->builtin && !is_later(entry->builtin) && !c->module->library) {
+    if (entry->builtin && !may_hide(entry->builtin) && !c->module->library) {
         diag(c->unit, span, DIAG_SHADOW, "%s hides what is built in under that name", name);
     }
     symbol->outer = entry->global;
@@ -142,7 +144,7 @@ static void report_hiding(Checker *c, const NameEntry *entry, SymbolKind kind, S
     if (around) {
         Diag *d = diag(c->unit, span, DIAG_SHADOW, "%s hides a name from outside of this block", entry->name);
         diag_label(c->unit, d, around->span, "this one is hidden");
-    } else if (entry->builtin && kind == SYMBOL_LET && !is_later(entry->builtin)) {
+    } else if (entry->builtin && kind == SYMBOL_LET && !may_hide(entry->builtin)) {
         diag(c->unit, span, DIAG_SHADOW, "%s hides what is built in under that name", entry->name);
     }
 }

@@ -53,6 +53,7 @@ static Ir *make_ir(Compilation *c, Node *tree)
                                 .define_count = o->define_count,
                                 .camera = o->camera,
                                 .print = o->print,
+                                .patches = o->patches,
                                 .unused = o->unused};
     Ir *ir = elaborate(c->unit, tree, &options);
     c->result->wrong = options.wrong;

@@ -25,6 +25,7 @@ typedef struct CompileOptions {
     int define_count;
     const char *camera; // the camera to look through; NULL: the first
     bool unused;        // also finds the mistakes of what nothing uses (scn check, editors)
+    bool patches;       // also those patches that nothing shows (scn patch)
     bool kernel;        // also makes the kernel's source
     FILE *print;        // where `print` in scenes writes; NULL: nowhere
 

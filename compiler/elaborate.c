@@ -47,6 +47,7 @@ static Value named_value(Eval *e, const Symbol *symbol, Value value)
 {
     if (value_is_bad(&value)) return value_bad();
     value = value_convert(&e->scratch, value, symbol->type);
+    if (type_is(value.type, TYPE_PATCH)) name_patch(e, value.id, symbol->name);
     if (symbol->node->kind != NODE_DECLARE || !type_is(value.type, TYPE_OBJECT)) return value;
     return value_node(TYPE_OBJECT, ir_node_text(e->ir, OP_NAMED, symbol->span, &value.id, 1, symbol->name));
 }
@@ -331,6 +332,7 @@ static void show(Eval *e, Shown *shown, const Node *node, Value value)
     }
     switch (value.type.kind) {
     case TYPE_QUADRIC:
+    case TYPE_PATCH:
     case TYPE_OBJECT: values_add(e, &shown->objects, value, node); break;
     case TYPE_LIGHT: values_add(e, &shown->lights, value, node); break;
     case TYPE_CAMERA:
@@ -435,10 +437,20 @@ static void warn_empty(Eval *e, const Node *tree)
         diag(e->unit, tree->span, DIAG_EMPTY_SCENE, "nothing is shown: write an object, as sphere(1);");
 }
 
+// `scn patch` is content with a file that has patches alone.
+static bool declares_patches(const Eval *e)
+{
+    for (uint32_t i = 0; e->options->patches && i < e->program->count; i++) {
+        const Symbol *symbol = e->program->items[i];
+        if (symbol && symbol->kind == SYMBOL_LET && type_is(symbol->type, TYPE_PATCH)) return true;
+    }
+    return false;
+}
+
 static void assemble(Eval *e, Shown *shown, const Node *tree)
 {
     Ir *ir = e->ir;
-    if (!shown->objects.count && e->unit->errors == e->errors_before) warn_empty(e, tree);
+    if (!shown->objects.count && e->unit->errors == e->errors_before && !declares_patches(e)) warn_empty(e, tree);
     IrId *ids = arena_array(&e->scratch, IrId, shown->objects.count);
     for (uint32_t i = 0; i < shown->objects.count; i++) ids[i] = shown->objects.items[i].id;
     ir->root = ir_node(ir, OP_UNION, tree->span, ids, shown->objects.count);
@@ -450,6 +462,7 @@ static void assemble(Eval *e, Shown *shown, const Node *tree)
     ir->background = shown->background.id ? shown->background.id : default_background(e).id;
     if (e->animation.type.kind == TYPE_ANIMATION) ir->duration = e->animation.vector[0].number;
     ir->fps = e->fps;
+    collect_patches(e);
 }
 
 // --- prints

@@ -26,6 +26,7 @@ typedef struct ElaborateOptions {
     int define_count;
     const char *camera; // the name of the camera to look through; NULL: the first
     FILE *print;        // where `print` writes; NULL: nowhere
+    bool patches;       // evaluates the file's patches, also those that nothing shows (scn patch)
     bool unused;        // evaluates also what nothing uses, to find its mistakes (scn check, editors)
 
     const char *wrong; // result: what is wrong with a define or the camera's name (in the unit's arena), else NULL

@@ -39,6 +39,7 @@ static bool test_rates(Eval *e, const Node *node, const Call *call, const Value 
     if (kind == KIND_FUNCTION) return true;
     for (uint32_t i = 0; i < call->callee->count; i++) {
         if (type_bad(args[i].type) || !varies_at_point(e, &args[i])) continue;
+        if (patch_takes_points(call->callee->id, i)) continue;
         const Node *at = bound_node(call, i, node);
         const char *name = call->callee->parameters[i].name;
         if (call->callee->id == BUILTIN_MATERIAL || call->callee->id == BUILTIN_BACKGROUND ||
@@ -430,7 +431,8 @@ Value eval_builtin(Eval *e, const Node *node, const Call *call, const Value *rec
             args[i] = arg_default(e, call, args, i);
             continue;
         }
-        args[i] = eval_bound(e, node, call, i, receiver);
+        args[i] = callee->id == BUILTIN_PRESS && i == 0 ? eval_pressed_by(e, node, call, receiver)
+                                                        : eval_bound(e, node, call, i, receiver);
         if (value_is_bad(&args[i])) return value_bad();
         const Parameter *p = &callee->parameters[i];
         if (p->choices) {
@@ -458,8 +460,7 @@ Value eval_builtin(Eval *e, const Node *node, const Call *call, const Value *rec
     case BUILTIN_CAMERA: return eval_camera(e, node, call, args);
     case BUILTIN_LIGHT: return eval_light(e, node, call, args);
     case BUILTIN_MATERIAL: return eval_material(e, node, call, args);
-    default:
-        assert(callee->id == BUILTIN_BACKGROUND && "check() reports what is not there yet");
-        return eval_background(e, node, args);
+    case BUILTIN_BACKGROUND: return eval_background(e, node, args);
+    default: return eval_patch_thing(e, node, call, args);
     }
 }

@@ -86,6 +86,8 @@ static Value eval_constant(Eval *e, const Node *node, const Symbol *symbol)
     case BUILTIN_FRAME: op = OP_FRAME; break;
     case BUILTIN_X: op = OP_X; break;
     case BUILTIN_Y: op = OP_Y; break;
+    case BUILTIN_U: op = OP_U; break;
+    case BUILTIN_V: op = OP_V; break;
     default:
         assert(symbol->id == BUILTIN_Z && "what is not there yet was reported by check()");
         op = OP_Z;

@@ -105,6 +105,10 @@ static bool chain_name(Chain *chain, const Node *node, const Frame *frame, int d
             chain_label(chain, node->span, "%s is known in each frame", symbol->name);
             return true;
         }
+        if (symbol->id == BUILTIN_U || symbol->id == BUILTIN_V) {
+            chain_label(chain, node->span, "%s is known at each place of a patch", symbol->name);
+            return true;
+        }
         if (symbol->id == BUILTIN_X || symbol->id == BUILTIN_Y || symbol->id == BUILTIN_Z) {
             chain_label(chain, node->span, "%s is known at each point", symbol->name);
             return true;

@@ -8,6 +8,7 @@
 //   elaborate_keys.c      keys: a value that goes through others as a driver grows
 //   elaborate_built.c     calls of what is built in: sets, perturbations, things
 //   elaborate_modify.c    modifiers
+//   elaborate_patch.c     patches and their parts
 //   elaborate_math.c      functions of numbers, vectors, colors
 //   elaborate_report.c    where and why: the chain of calls, the chain of rates
 #ifndef SCN_COMPILER_EVALUATOR_H
@@ -136,6 +137,14 @@ Value default_camera(Eval *e);
 Value default_background(Eval *e);
 void default_lights(Eval *e, List *lights);
 IrId transform_parts(Eval *e, const Node *at, IrOp op, IrId part, IrId matrix);
+
+// --- elaborate_patch.c
+Value eval_patch_thing(Eval *e, const Node *node, const Call *call, const Value *args);
+Value eval_pressed_by(Eval *e, const Node *node, const Call *call, const Value *receiver); // what presses a patch
+bool patch_takes_points(uint16_t builtin, uint32_t argument); // whether an argument may be of point rate
+IrId sheet_patch(const Ir *ir, IrId sheet);
+void name_patch(Eval *e, IrId sheet, const char *name);
+void collect_patches(Eval *e); // into the IR, when all that is shown is evaluated
 
 // --- elaborate_report.c
 Diag *complain(Eval *e, const Node *at, DiagCode code, const char *format, ...) __attribute__((format(printf, 4, 5)));

@@ -194,7 +194,7 @@ static void default_inputs(const Plan *plan, double *values)
     }
 }
 
-bool frame_evaluate(const Plan *plan, const FrameInput *input, double *values, FrameError *error)
+bool frame_begin(const Plan *plan, const FrameInput *input, double *values, FrameError *error)
 {
     Run run = {plan, values, error};
     *error = (FrameError){0};
@@ -208,11 +208,21 @@ bool frame_evaluate(const Plan *plan, const FrameInput *input, double *values, F
     }
     bool known =
         isfinite(input->time) && isfinite(input->frame) && all_finite(values + plan->inputs, plan->input_count);
-    if (!known) return fail(&run, (Span){0}, "the time or a parameter is not a finite number");
-    for (uint32_t k = 0; k < plan->step_count; k++) {
+    return known || fail(&run, (Span){0}, "the time or a parameter is not a finite number");
+}
+
+bool frame_run(const Plan *plan, uint32_t from, uint32_t to, double *values, FrameError *error)
+{
+    Run run = {plan, values, error};
+    for (uint32_t k = from; k < to; k++) {
         if (!run_step(&run, &plan->steps[k])) return false;
     }
     return true;
+}
+
+bool frame_evaluate(const Plan *plan, const FrameInput *input, double *values, FrameError *error)
+{
+    return frame_begin(plan, input, values, error) && frame_run(plan, 0, plan->step_count, values, error);
 }
 
 // --- programs of any origin

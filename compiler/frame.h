@@ -21,6 +21,11 @@ typedef struct FrameError {
 // singular, a tool misses or an assert fails; `values` is then not to be used.
 bool frame_evaluate(const Plan *plan, const FrameInput *input, double *values, FrameError *error);
 
+// The same in parts, for programs that are run in parts (PlanPatch): first the constants and what comes from outside,
+// then steps from … to - 1.
+bool frame_begin(const Plan *plan, const FrameInput *input, double *values, FrameError *error);
+bool frame_run(const Plan *plan, uint32_t from, uint32_t to, double *values, FrameError *error);
+
 // Whether every step names slots, operands and operations that there are, so that a program of any origin can be run:
 // plan->step_count if so, else the first step that does not.
 uint32_t frame_check(const Plan *plan);

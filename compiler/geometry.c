@@ -218,7 +218,9 @@ static void warn_of_emptiness(Unit *unit, const Ir *ir, const Plan *plan, const 
     if (was_said(unit, DIAG_EMPTY_SCENE) || was_said(unit, DIAG_EMPTY_QUADRIC)) return; // one mistake is one message
     Span span = ir_at(ir, ir->root)->span;
     if (!plan->groups[0].component_count) {
-        diag(unit, span, DIAG_EMPTY_SCENE, "the scene shows nothing: write an object as a value, or scene { name; }");
+        if (!plan->patch_count)
+            diag(unit, span, DIAG_EMPTY_SCENE,
+                 "the scene shows nothing: write an object as a value, or scene { name; }");
         return;
     }
     Bounds box = bounds_of_plan(plan, values);

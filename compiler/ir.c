@@ -139,7 +139,9 @@ static IrRate own_rate(IrOp op)
     case OP_FRAME: return RATE_FRAME;
     case OP_X:
     case OP_Y:
-    case OP_Z: return RATE_POINT;
+    case OP_Z:
+    case OP_U:
+    case OP_V: return RATE_POINT;
     default: return RATE_CONST;
     }
 }
@@ -147,7 +149,7 @@ static IrRate own_rate(IrOp op)
 static IrClass class_of(const Ir *ir, IrOp op, const IrId *operands, uint32_t count)
 {
     if (ir_ops[op].result != IR_FIELD) return CLASS_NONE;
-    if (op == OP_EMPTY) return CLASS_SET;
+    if (op == OP_EMPTY || op == OP_SHEET) return CLASS_SET;
     if (op == OP_QUADRIC) {
         for (uint32_t k = 0; k < count; k++) {
             if (ir_at(ir, operands[k])->rate == RATE_POINT) return CLASS_GENERAL;
@@ -178,6 +180,8 @@ static IrType letter_type(char letter)
     case 'm': return IR_MATRIX;
     case 'f': return IR_FIELD;
     case 'p': return IR_PERTURBATION;
+    case 'h': return IR_PATCH;
+    case 'r': return IR_PART;
     default: return IR_MATERIAL;
     }
 }
@@ -209,6 +213,7 @@ static IrId append_new(Ir *ir, IrOp op, Span span, const IrId *operands, uint32_
         IrRate other = ir_at(ir, operands[k])->rate;
         if (other > rate) rate = other;
     }
+    if (op == OP_PATCH) rate = RATE_FRAME; // its u, v, x, y, z are its own
     ir->nodes = grown(ir->arena, ir->nodes, ir->count, &ir->capacity, ir->count + 1, sizeof *ir->nodes);
     ir->operands = grown(ir->arena, ir->operands, ir->operand_count, &ir->operand_capacity, ir->operand_count + count,
                          sizeof *ir->operands);
@@ -455,6 +460,7 @@ bool *ir_reached(const Ir *ir, Arena *scratch)
     reached[ir->root] = reached[ir->camera] = reached[ir->background] = true;
     for (uint32_t k = 0; k < ir->light_count; k++) reached[ir->lights[k]] = true;
     for (uint32_t k = 0; k < ir->assert_count; k++) reached[ir->asserts[k]] = true;
+    for (uint32_t k = 0; k < ir->patch_count; k++) reached[ir->patches[k]] = true;
     reached[0] = false;
     for (IrId id = ir->count; id-- > 1;) { // operands come before what uses them
         if (!reached[id]) continue;

@@ -38,6 +38,8 @@ typedef enum IrType {
     IR_MATRIX,
     IR_FIELD,
     IR_PERTURBATION,
+    IR_PATCH,
+    IR_PART, // of a patch
     IR_MATERIAL,
     IR_CAMERA,
     IR_LIGHT,
@@ -49,6 +51,9 @@ typedef enum IrRate { RATE_CONST, RATE_FRAME, RATE_POINT } IrRate;
 
 typedef enum IrClass { CLASS_NONE, CLASS_QUADRIC, CLASS_FREEFORM, CLASS_SET, CLASS_GENERAL } IrClass;
 // CLASS_SET: set operations of quadrics and free forms only.
+
+// Nodes a side that a patch may have, and how many operands OP_PATCH has.
+enum { PATCH_NODES_MIN = 5, PATCH_NODES_MAX = 257, PATCH_OPERANDS = 46 };
 
 typedef enum LightKind { LIGHT_DIRECTIONAL, LIGHT_POINT, LIGHT_SPOT } LightKind;
 
@@ -74,7 +79,7 @@ typedef struct IrNode {
     union {
         double number;    // OP_CONST
         uint32_t index;   // OP_PARAM, OP_CAMERA, OP_LIGHT
-        const char *text; // OP_NAMED, OP_ASSERT; outlives the IR
+        const char *text; // OP_NAMED, OP_ASSERT, OP_PATCH; outlives the IR
         uint64_t bits;    // all of it, for comparing
     };
 } IrNode;
@@ -123,6 +128,8 @@ typedef struct Ir {
     uint32_t light_count;
     IrId *asserts; // of frame rate
     uint32_t assert_count;
+    IrId *patches; // those that the root reaches, and those that were asked for; each with what acts on it
+    uint32_t patch_count;
     double duration, fps; // animation: seconds (0: a still), frames a second
 } Ir;
 
@@ -139,7 +146,7 @@ Ir *ir_new(Arena *arena);
 // Lists that say nothing are simplified: UNION of none is EMPTY; UNION, INTERSECT, FREEFORM and DEFORM of one operand
 // are that operand.
 IrId ir_node(Ir *ir, IrOp op, Span span, const IrId *operands, uint32_t count);
-// The same for PARAM, CAMERA and LIGHT, and for NAMED and ASSERT.
+// The same for PARAM, CAMERA and LIGHT, and for NAMED, ASSERT and PATCH.
 IrId ir_node_index(Ir *ir, IrOp op, Span span, const IrId *operands, uint32_t count, uint32_t index);
 IrId ir_node_text(Ir *ir, IrOp op, Span span, const IrId *operands, uint32_t count, const char *text);
 
@@ -175,7 +182,7 @@ static inline IrId ir_operand(const Ir *ir, IrId id, uint32_t k)
     return ir->operands[ir->nodes[id].first + k];
 }
 
-// Marks what the scene reaches (root, camera, background, lights, asserts and all below them): count flags in the
+// Marks what the scene reaches (root, camera, background, lights, asserts, patches and all below them): count flags in the
 // scratch arena, by id.
 bool *ir_reached(const Ir *ir, Arena *scratch);
 

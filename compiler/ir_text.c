@@ -7,7 +7,7 @@
 //     %2 = mul %1 0.5                              // frame
 //     %3 = quadric -1 -1 -1 0 0 0 0 0 0 %2         // frame quadric
 //     %4 = named "ball" %3                         // frame quadric
-//     camera %5      background %6      light %7      assert %8      scene %4      (a line each)
+//     camera %5   background %6   light %7   assert %8   patch %9   scene %4      (a line each)
 //     animation 4 24                               // seconds, frames a second
 //
 // A node a line, in evaluation order, numbered by what the scene reaches. A number stands for its OP_CONST. `//`
@@ -35,7 +35,7 @@ static bool has_index(IrOp op)
 }
 static bool has_text(IrOp op)
 {
-    return op == OP_NAMED || op == OP_ASSERT;
+    return op == OP_NAMED || op == OP_ASSERT || op == OP_PATCH;
 }
 
 // --- writing
@@ -147,6 +147,7 @@ void ir_print(const Ir *ir, FILE *out)
     fprintf(out, "camera %%%u\nbackground %%%u\n", numbers[ir->camera], numbers[ir->background]);
     for (uint32_t k = 0; k < ir->light_count; k++) fprintf(out, "light %%%u\n", numbers[ir->lights[k]]);
     for (uint32_t k = 0; k < ir->assert_count; k++) fprintf(out, "assert %%%u\n", numbers[ir->asserts[k]]);
+    for (uint32_t k = 0; k < ir->patch_count; k++) fprintf(out, "patch %%%u\n", numbers[ir->patches[k]]);
     fprintf(out, "scene %%%u\nanimation ", numbers[ir->root]);
     print_number(ir->duration, out);
     fputc(' ', out);
@@ -171,7 +172,7 @@ typedef struct Reader {
     uint32_t known_count, known_capacity;
     IrId *operands;
     uint32_t operand_capacity;
-    uint32_t param_capacity, light_capacity, assert_capacity;
+    uint32_t param_capacity, light_capacity, assert_capacity, patch_capacity;
     bool animated;
     IrReadError *error;
     bool failed;
@@ -314,8 +315,9 @@ static bool find_op(const char *word, IrOp *op)
 
 static bool read_operands(Reader *r, IrOp op, uint32_t *count)
 {
-    static const char *const type_names[] = {"nothing",    "a scalar", "a matrix", "a field",      "a perturbation",
-                                             "a material", "a camera", "a light",  "a background", "an assert"};
+    static const char *const type_names[] = {"nothing",        "a scalar", "a matrix",          "a field",
+                                             "a perturbation", "a patch",  "a part of a patch", "a material",
+                                             "a camera",       "a light",  "a background",      "an assert"};
     const IrOpInfo *info = &ir_ops[op];
     for (*count = 0; !at_end(r); ++*count) {
         if (info->operands != IR_ANY && *count == info->operands)
@@ -466,6 +468,8 @@ static bool read_line(Reader *r)
         ok = read_into(r, word, IR_LIGHT, &ir->lights, &ir->light_count, &r->light_capacity);
     } else if (!strcmp(word, "assert")) {
         ok = read_into(r, word, IR_ASSERT, &ir->asserts, &ir->assert_count, &r->assert_capacity);
+    } else if (!strcmp(word, "patch")) {
+        ok = read_into(r, word, IR_PATCH, &ir->patches, &ir->patch_count, &r->patch_capacity);
     } else if (!strcmp(word, "animation")) {
         ok = read_animation(r);
     } else {

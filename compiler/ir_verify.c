@@ -42,15 +42,16 @@ static void check_rate(Verifier *v, const IrNode *node)
 {
     IrRate rate = RATE_CONST;
     if (node->op == OP_PARAM || node->op == OP_TIME || node->op == OP_FRAME) rate = RATE_FRAME;
-    if (node->op == OP_X || node->op == OP_Y || node->op == OP_Z) rate = RATE_POINT;
+    if (node->op >= OP_X && node->op <= OP_V) rate = RATE_POINT;
     for (uint32_t k = 0; k < node->count; k++) {
         IrRate other = v->ir->nodes[v->ir->operands[node->first + k]].rate;
         if (other > rate) rate = other;
     }
+    if (node->op == OP_PATCH) rate = RATE_FRAME;
     check(v, node->rate == rate, "the rate is the highest of the operands'");
-    bool fixed =
-        node->type == IR_MATRIX || node->type == IR_CAMERA || node->type == IR_LIGHT || node->type == IR_ASSERT;
-    check(v, !fixed || rate <= RATE_FRAME, "maps, cameras, lights and asserts are known once a frame");
+    bool fixed = node->type == IR_MATRIX || node->type == IR_CAMERA || node->type == IR_LIGHT ||
+                 node->type == IR_ASSERT || node->type == IR_PART || node->type == IR_PATCH;
+    check(v, !fixed || rate <= RATE_FRAME, "maps, cameras, lights, patches and asserts are known once a frame");
 }
 
 // Class by class what it says: quadrics are maps and marks of ten coefficients, and so on.
@@ -72,7 +73,8 @@ static void check_class(Verifier *v, const IrNode *node)
     case OP_DEFORM:
         check(v, node->class == (base == CLASS_QUADRIC ? CLASS_FREEFORM : base), "a perturbed quadric is a free form");
         break;
-    case OP_EMPTY: check(v, node->class == CLASS_SET, "the empty set is a set"); break;
+    case OP_EMPTY:
+    case OP_SHEET: check(v, node->class == CLASS_SET, "the empty set and sheets are sets"); break;
     case OP_SHOW:
     case OP_UNION:
     case OP_INTERSECT:
@@ -80,6 +82,18 @@ static void check_class(Verifier *v, const IrNode *node)
         break;
     default: check(v, node->class == base, "maps and marks keep the class"); break;
     }
+}
+
+static void check_patch(Verifier *v, const IrNode *node)
+{
+    check(v, node->text != NULL, "a patch has a name");
+    double nodes = 0, value;
+    for (uint32_t k = 0; k < 3; k++) {
+        bool known = ir_is_const(v->ir, v->ir->operands[node->first + k], &value);
+        check(v, known && (k == 0 || value == 0 || value == 1), "what shapes a patch is known");
+        if (k == 0) nodes = value;
+    }
+    check(v, nodes >= 0 && nodes <= 1e6 && nodes == floor(nodes), "a grid has a whole number of nodes");
 }
 
 static void check_payload(Verifier *v, const IrNode *node)
@@ -91,6 +105,7 @@ static void check_payload(Verifier *v, const IrNode *node)
     case OP_LIGHT: check(v, node->index <= LIGHT_SPOT, "a light is directional, a point or a spot"); break;
     case OP_NAMED:
     case OP_ASSERT: check(v, node->text != NULL, "a name and a message have a text"); break;
+    case OP_PATCH: check_patch(v, node); break;
     case OP_CONST: check(v, isfinite(node->number), "a number is finite"); break;
     case OP_PERTURB:
         check(v, ir->nodes[ir->operands[node->first]].class == CLASS_QUADRIC,
@@ -143,6 +158,7 @@ static void check_scene(Verifier *v)
     for (uint32_t k = 0; k < ir->light_count; k++) check(v, is_of(ir, ir->lights[k], IR_LIGHT), "lights are lights");
     for (uint32_t k = 0; k < ir->assert_count; k++)
         check(v, is_of(ir, ir->asserts[k], IR_ASSERT), "asserts are asserts");
+    for (uint32_t k = 0; k < ir->patch_count; k++) check(v, is_of(ir, ir->patches[k], IR_PATCH), "patches are patches");
     check(v, isfinite(ir->duration) && ir->duration >= 0, "the duration is a time");
     check(v, isfinite(ir->fps) && ir->fps > 0, "frames a second are more than none");
     check_params(v);

@@ -359,6 +359,7 @@ LowerStatus plan_lower(const Ir *ir, Arena *arena, Plan **plan, PlanOrigins *ori
         make_values(&l);
         make_tables(&l);
         make_things(&l);
+        lower_patches(ir, arena, &scratch, l.plan);
     }
     arena_release(&scratch);
     return status;

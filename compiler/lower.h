@@ -35,6 +35,7 @@ typedef struct Values {
     Slot *slots;    // of each node its first slot, + 1
     Slot *inverses; // of a matrix its inverse's, + 1
     Slot *checked;  // of a scalar the slot that is known to be finite, + 1
+    Slot point;     // of a patch's program: where x y z u v are
     uint32_t image_capacity, step_capacity, operand_capacity;
 } Values;
 
@@ -45,11 +46,25 @@ Values values_new(const Ir *ir, Arena *arena, Arena *scratch, Plan *plan);
 void values_need(Values *v, IrId id);         // a base, material, camera, light, background, assert
 void values_need_checked(Values *v, IrId id); // a scalar that the plan names
 void values_emit(Values *v);
+void values_need_field(Values *v, IrId id); // a field for values_field()
 Slot values_slot(const Values *v, IrId id);
 Slot values_checked_slot(const Values *v, IrId id);
 
+// Where among the plan's operands the program of a field stands (compiler/field.h): its length, then its words.
+uint32_t values_field(Values *v, IrId field);
+
+// For the programs of patches: emits what is known once a frame; and forgets what is known at a point, so that it is
+// emitted again where something else needs it.
+void values_emit_frame(Values *v);
+void values_forget_points(Values *v);
+
 // New slots with these constants.
 Slot values_constants(Values *v, const double *numbers, uint32_t count);
+
+// --- patches
+
+// Fills plan->patches with the IR's, in their order.
+void lower_patches(const Ir *ir, Arena *arena, Arena *scratch, Plan *plan);
 
 // --- pieces: shapes and what they hold
 

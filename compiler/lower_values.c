@@ -116,7 +116,7 @@ static Slot inverse_slot(void *context, IrId id)
     return ((Values *)context)->inverses[id] - 1;
 }
 
-static void field_operands(Values *v, PlanStep *step, IrId field)
+static FieldCode field_words(Values *v, IrId field)
 {
     FieldSlots slots = {v, node_slot, node_slot, inverse_slot};
     FieldCode code;
@@ -124,8 +124,22 @@ static void field_operands(Values *v, PlanStep *step, IrId field)
         static const uint32_t nothing[] = {FIELD_EMPTY}; // beyond all limits: no tool finds a place there
         code = (FieldCode){nothing, 1};
     }
+    return code;
+}
+
+static void field_operands(Values *v, PlanStep *step, IrId field)
+{
+    FieldCode code = field_words(v, field);
     step_operand(v, step, code.count);
     for (uint32_t k = 0; k < code.count; k++) step_operand(v, step, code.words[k]);
+}
+
+uint32_t values_field(Values *v, IrId field)
+{
+    PlanStep none = {0};
+    uint32_t first = v->plan->operand_count;
+    field_operands(v, &none, field);
+    return first;
 }
 
 static Slot operation(Values *v, IrId id, StepKind kind, uint32_t width, uint32_t fields)
@@ -152,6 +166,11 @@ static Slot value(Values *v, IrId id)
     case OP_PARAM: return v->plan->inputs + node->index;
     case OP_TIME: return v->plan->time;
     case OP_FRAME: return v->plan->frame;
+    case OP_X:
+    case OP_Y:
+    case OP_Z:
+    case OP_U:
+    case OP_V: return v->point + (Slot)(node->op - OP_X);
     case OP_MATRIX:
     case OP_QUADRIC:
     case OP_MATERIAL:
@@ -201,6 +220,10 @@ void values_need_checked(Values *v, IrId id)
 {
     v->needs[id] |= NEED_CHECKED | NEED_VALUE;
 }
+void values_need_field(Values *v, IrId id)
+{
+    v->needs[id] |= NEED_FIELD;
+}
 
 static void need_operand(Values *v, IrId operand, bool gathered)
 {
@@ -230,14 +253,32 @@ static void need_operands(Values *v, IrId id)
     }
 }
 
-void values_emit(Values *v)
+static void emit(Values *v, IrRate rate)
 {
     for (IrId id = v->ir->count; id-- > 1;) {
         if (v->needs[id]) need_operands(v, id);
     }
     for (IrId id = 1; id < v->ir->count; id++) {
+        if (ir_at(v->ir, id)->rate > rate) continue;
         if (v->needs[id] & NEED_VALUE && !v->slots[id]) v->slots[id] = value(v, id) + 1;
         if (v->needs[id] & NEED_CHECKED && !v->checked[id]) v->checked[id] = checked(v, id) + 1;
         if (v->needs[id] & NEED_INVERSE && !v->inverses[id]) v->inverses[id] = inverse(v, id) + 1;
+    }
+}
+
+void values_emit(Values *v)
+{
+    emit(v, RATE_POINT);
+}
+
+void values_emit_frame(Values *v)
+{
+    emit(v, RATE_FRAME);
+}
+
+void values_forget_points(Values *v)
+{
+    for (IrId id = 1; id < v->ir->count; id++) {
+        if (ir_at(v->ir, id)->rate == RATE_POINT) v->needs[id] = v->slots[id] = v->checked[id] = 0;
     }
 }

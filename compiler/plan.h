@@ -121,6 +121,39 @@ typedef struct PlanStep {
     const char *text;
 } PlanStep;
 
+// What acts on a patch, in slots of its program.
+typedef enum PlanPartKind { PART_PIN, PART_PRESS, PART_CONTACT } PlanPartKind;
+typedef struct PlanPart {
+    uint32_t kind;  // PlanPartKind
+    Slot values[5]; // PIN: u v x y z; PRESS: u v strength; CONTACT: stiffness
+    uint32_t field; // PRESS, CONTACT: where among the program's operands the field program begins
+    Span span;
+} PlanPart;
+
+// Steps of a patch's program that are run at each node, for a few of its numbers.
+typedef struct PlanRun {
+    uint32_t begin, end;
+    bool points; // the numbers differ from node to node
+    bool varies; // they change with time, or with where the nodes are
+} PlanRun;
+
+// A patch of the scene (runtime/patch_scene.h solves it). What its equation needs is computed by a program of its own, which
+// is run for the times of its steps and not for those of frames: first the steps before `frame_end`, once, then those
+// of a run for each node, with its place in `point`.
+typedef struct PlanPatch {
+    const char *name; // "" if it has none
+    Span span;
+    uint32_t nodes; // a side
+    bool newmark, all_tangents;
+    struct Plan *program; // values, steps and operands only
+    Slot point;           // x y z u v
+    uint32_t frame_end;
+    PlanRun edges, force, start;
+    Slot model[PATCH_OPERANDS - 3]; // the operands of OP_PATCH from the step on
+    PlanPart *parts;
+    uint32_t part_count;
+} PlanPatch;
+
 typedef struct Plan {
     Slot slot_count;
     double *image; // slot_count values: the constants; elsewhere 0
@@ -154,6 +187,8 @@ typedef struct Plan {
     Slot background; // four slots
     IrParam *params;
     uint32_t param_count, input_count;
+    PlanPatch *patches;
+    uint32_t patch_count;
     double duration, fps;
 } Plan;
 

@@ -15,6 +15,7 @@ int command_check(const Options *options);
 int command_fmt(const Options *options);
 int command_info(const Options *options);
 int command_dump(const Options *options);
+int command_patch(const Options *options);
 int command_bench(const Options *options);
 int command_devices(const Options *options);
 int command_explain(const Options *options);

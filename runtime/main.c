@@ -163,7 +163,8 @@ int command_loaded(const Options *options, ScnScene *scene)
     }
     // Some commands have standard output for themselves.
     bool own =
-        options->command == COMMAND_INFO || options->command == COMMAND_DUMP || options->command == COMMAND_BENCH;
+        options->command == COMMAND_INFO || options->command == COMMAND_DUMP || options->command == COMMAND_BENCH ||
+        options->command == COMMAND_PATCH;
     fputs(scn_printed(scene), own ? stderr : stdout);
     fputs(scn_diagnostics_text(scene, command_color(options, stderr)), stderr);
     int status = command_result(scene, scn_status(scene));
@@ -205,6 +206,7 @@ static int run_command(const Options *options)
     case COMMAND_FMT: return command_fmt(options);
     case COMMAND_INFO: return command_info(options);
     case COMMAND_DUMP: return command_dump(options);
+    case COMMAND_PATCH: return command_patch(options);
     case COMMAND_BENCH: return command_bench(options);
     case COMMAND_DEVICES: return command_devices(options);
     case COMMAND_EXPLAIN: return command_explain(options);

@@ -165,6 +165,12 @@ static bool set_color(Options *options, const char *text)
     return ok;
 }
 
+static bool set_solver(Options *options, const char *text)
+{
+    static const char *const words[] = {"direct", "device", "iterative"};
+    return set_word(options, "solver", text, words, &options->solver);
+}
+
 static bool set_kernels(Options *options, const char *text)
 {
     static const char *const words[] = {"auto", "quick", "full"};
@@ -231,6 +237,12 @@ static bool set_option(Options *options, OptionId id, const char *value)
     case OPTION_DIFF: options->diff = true; return true;
     case OPTION_LINES: return set_lines(options, value);
     case OPTION_JSON: options->json = true; return true;
+    case OPTION_CSV: options->csv = true; return true;
+    case OPTION_PROBE: return add(options, options->probes, &options->probe_count, value, "times --probe");
+    case OPTION_TIMES: options->times = value; return true;
+    case OPTION_SOLVER: return set_solver(options, value);
+    case OPTION_SWEEPS: return set_count(options, "sweeps", value, 100000000, &options->sweeps);
+    case OPTION_PATCH: options->patch = value; return true;
     case OPTION_STRICT: options->strict = true; return true;
     case OPTION_COLOR: return set_color(options, value);
     case OPTION_KERNELS: return set_kernels(options, value);

@@ -52,6 +52,11 @@ typedef struct Options {
     int samples, threads, lanes, repeat, bits; // 0: not given
     bool half, full;                           // --half, --float
     int first_line, last_line;                 // 0 0: not given
+    const char *probes[OPTION_LIMIT];
+    int probe_count;
+    const char *times, *patch;
+    int solver, sweeps; // of patches: 0 direct, 1 device, 2 iterative (PatchMethod); 0: not given
+    bool csv;
     bool no_cache, source, ast, ir, kernel, json, strict, quiet, check, diff;
     ColorWhen color;
     KernelsWhich kernels;

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "compiler/compile.h"
+#include "runtime/patch_check.h"
 #include "runtime/scene.h"
 
 const char *scene_place(const ScnScene *scene, Span span, char *text, size_t size)
@@ -14,15 +15,15 @@ const char *scene_place(const ScnScene *scene, Span span, char *text, size_t siz
     return text;
 }
 
-static void start_inputs(ScnScene *scene)
+static double *first_inputs(Arena *arena, const Plan *plan)
 {
-    const Plan *plan = scene->package->plan;
-    scene->inputs = arena_array(&scene->unit.arena, double, plan->input_count);
+    double *inputs = arena_array(arena, double, plan->input_count);
     for (uint32_t i = 0; i < plan->param_count; i++) {
         const IrParam *param = &plan->params[i];
         if (!param->structure)
-            memcpy(scene->inputs + param->slot, param->value, (size_t)param_size(param->type) * sizeof(double));
+            memcpy(inputs + param->slot, param->value, (size_t)param_size(param->type) * sizeof(double));
     }
+    return inputs;
 }
 
 // --- packages
@@ -35,7 +36,7 @@ static ScnStatus load_package(ScnScene *scene, const ScnSceneDesc *desc)
         fail_prefix(&scene->failure, "cannot use %s", desc->path ? desc->path : "the package");
         return SCN_WORLD_FAILED;
     }
-    start_inputs(scene);
+    scene->inputs = first_inputs(&scene->unit.arena, scene->package->plan);
     if (desc->camera)
         return scene_fail(scene, SCN_CALL_WRONG,
                           "the camera of a package is chosen when it is built: scn build --camera %s", desc->camera);
@@ -88,12 +89,19 @@ static Compiled *run_compiler(ScnScene *scene, const ScnSceneDesc *desc, const S
     options.define_count = desc->setting_count;
     options.camera = desc->camera;
     options.kernel = !desc->check_only;
+    options.patches = options.patches || desc->check_only; // so that the mistakes of all are found
     options.unused = desc->check_only;
     size_t size;
     options.print = open_memstream(&scene->printed, &size);
     Compiled *compiled = compile(&scene->unit, source, &options);
     if (options.print) fclose(options.print);
     return compiled;
+}
+
+static bool check_patches(ScnScene *scene, const Plan *plan)
+{
+    if (plan->patch_count) patch_check(&scene->unit, plan, first_inputs(&scene->unit.arena, plan));
+    return !scene->unit.errors;
 }
 
 static ScnStatus load_source(ScnScene *scene, const ScnSceneDesc *desc)
@@ -108,6 +116,7 @@ static ScnStatus load_source(ScnScene *scene, const ScnSceneDesc *desc)
     Compiled *compiled = run_compiler(scene, desc, source);
     if (compiled->wrong) return scene_fail(scene, SCN_CALL_WRONG, "%s", compiled->wrong);
     if (!compiled->plan || scene->unit.errors) return SCN_SCENE_WRONG;
+    if (!check_patches(scene, compiled->plan)) return SCN_SCENE_WRONG;
     scene->package = arena_new(&scene->unit.arena, Package);
     *scene->package = (Package){
         .version = SCN_VERSION,
@@ -118,7 +127,7 @@ static ScnStatus load_source(ScnScene *scene, const ScnSceneDesc *desc)
     };
     package_map_places(scene->package, &scene->unit.arena, &scene->unit.sources);
     package_hash_structure(scene->package);
-    start_inputs(scene);
+    scene->inputs = first_inputs(&scene->unit.arena, scene->package->plan);
     return SCN_OK;
 }
 

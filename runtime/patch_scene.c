@@ -1,0 +1,319 @@
+// Two shapes are kept, of the last step and of the one before, since what is shown lies between them.
+#include "runtime/patch_scene.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "runtime/patch_cells.h"
+#include "runtime/patch_device.h"
+#include "runtime/patch_diagnose.h"
+#include "runtime/patch_drive.h"
+#include "runtime/patch_host.h"
+
+#define STEP_SLACK 1e-6 // of a step, by which a time may miss the end of one
+
+struct PatchSolve {
+    const PlanPatch *patch;
+    PatchSolveDesc desc;
+    PatchDriver *driver;
+    PatchHost *host; // of the direct and the iterative method
+    PatchDevice *device;
+    bool started;
+    double *inputs;
+    double time, before_time, asked; // of the last step, of the one before; what was asked for last
+    uint64_t steps;
+    double *memory;
+    double *now[3], *before[3], *shown[3]; // over nodes
+    PatchEdges *edges_now, *edges_before, *edges_shown;
+    PatchModel set; // the model that the solver has
+    PatchPin *set_pins;
+    PatchCells *cells; // of what is shown
+    bool cells_filled;
+};
+
+static size_t nodes_of(const PatchSolve *solve)
+{
+    return (size_t)solve->patch->nodes * solve->patch->nodes;
+}
+
+static bool trouble(const PatchSolve *solve, FrameError *error, const char *code, const char *text)
+{
+    const char *name = solve->patch->name;
+    *error = (FrameError){.span = solve->patch->span};
+    snprintf(error->text, sizeof error->text, "%s: patch %s%s%s", code, name, *name ? ": " : "", text);
+    return false;
+}
+
+// --- making
+
+void patch_solve_free(PatchSolve *solve)
+{
+    if (!solve) return;
+    patch_driver_free(solve->driver);
+    patch_host_free(solve->host);
+    patch_device_free(solve->device);
+    patch_edges_free(solve->edges_now);
+    patch_edges_free(solve->edges_before);
+    patch_edges_free(solve->edges_shown);
+    patch_cells_free(solve->cells);
+    free(solve->inputs);
+    free(solve->set_pins);
+    free(solve->memory);
+    free(solve);
+}
+
+PatchSolve *patch_solve_new(const PlanPatch *patch, const PatchSolveDesc *desc, Failure *failure)
+{
+    PatchSolve *solve = calloc(1, sizeof *solve);
+    if (!solve) {
+        fail(failure, "out of memory for a patch");
+        return NULL;
+    }
+    int nodes = (int)patch->nodes;
+    solve->patch = patch;
+    solve->desc = *desc;
+    solve->driver = patch_driver_new(patch, desc->fps);
+    solve->inputs = calloc(patch->program->input_count + 1, sizeof *solve->inputs);
+    solve->set_pins = calloc(patch->part_count + 1, sizeof *solve->set_pins);
+    solve->memory = calloc(9 * nodes_of(solve), sizeof *solve->memory);
+    solve->edges_now = patch_edges_new(nodes);
+    solve->edges_before = patch_edges_new(nodes);
+    solve->edges_shown = patch_edges_new(nodes);
+    if (!solve->driver || !solve->inputs || !solve->set_pins || !solve->memory || !solve->edges_now ||
+        !solve->edges_before || !solve->edges_shown) {
+        fail(failure, "out of memory for a patch of %d nodes a side", nodes);
+        patch_solve_free(solve);
+        return NULL;
+    }
+    for (int c = 0; c < 3; c++) {
+        solve->now[c] = solve->memory + (size_t)c * nodes_of(solve);
+        solve->before[c] = solve->memory + (size_t)(3 + c) * nodes_of(solve);
+        solve->shown[c] = solve->memory + (size_t)(6 + c) * nodes_of(solve);
+    }
+    return solve;
+}
+
+// --- the solver
+
+static const double *const *places(double *const x[3])
+{
+    return (const double *const *)x;
+}
+
+static bool same_model(const PatchModel *a, const PatchModel *b)
+{
+    for (int k = 0; k < a->pin_count && a->pin_count == b->pin_count; k++) {
+        const PatchPin *p = &a->pins[k], *q = &b->pins[k];
+        if (p->i != q->i || p->j != q->j || memcmp(p->to, q->to, sizeof p->to)) return false;
+    }
+    return a->step == b->step && a->density == b->density && a->damping == b->damping && a->pin_count == b->pin_count &&
+           !memcmp(a->stiffness, b->stiffness, sizeof a->stiffness) && !memcmp(a->force, b->force, sizeof a->force);
+}
+
+// Gives the solver the driver's model, where it is another. What refuses it says why.
+static bool set_model(PatchSolve *solve, FrameError *error)
+{
+    const PatchModel *model = &solve->driver->model;
+    Failure failure = {""};
+    if (solve->set.nodes && same_model(model, &solve->set)) return true;
+    bool ok;
+    if (solve->desc.method == PATCH_METHOD_DEVICE) {
+        if (!solve->device) solve->device = patch_device_new(solve->desc.device, model->nodes, 1, &failure);
+        ok = solve->device && patch_device_model(solve->device, 0, model, &failure);
+    } else if (solve->host) {
+        ok = patch_host_model(solve->host, model, &failure);
+    } else {
+        bool direct = solve->desc.method == PATCH_METHOD_DIRECT;
+        solve->host = patch_host_new(model, direct ? PATCH_DIRECT : PATCH_GAUSS_SEIDEL, &failure);
+        ok = solve->host != NULL;
+        if (ok && solve->desc.sweeps) solve->host->sweep_limit = solve->desc.sweeps;
+    }
+    if (!ok) return trouble(solve, error, "patch-ill-posed", failure.text);
+    solve->set = *model;
+    if (model->pin_count) memcpy(solve->set_pins, model->pins, (size_t)model->pin_count * sizeof *model->pins);
+    solve->set.pins = solve->set_pins;
+    return true;
+}
+
+static bool device_trouble(PatchSolve *solve, const Failure *failure, FrameError *error)
+{
+    return trouble(solve, error, "device", failure->text);
+}
+
+static bool device_solids(PatchSolve *solve, Failure *failure)
+{
+    const PlanPatch *patch = solve->patch;
+    PatchSolid *solids = calloc(patch->part_count + 1, sizeof *solids);
+    int *of = calloc(patch->part_count + 1, sizeof *of), count = 0;
+    bool ok = solids && of;
+    for (uint32_t k = 0; ok && k < patch->part_count; k++) {
+        if (patch->parts[k].kind != PART_CONTACT) continue;
+        ok = patch_driver_solid(solve->driver, &patch->parts[k], &solids[count++]);
+        if (!ok) fail(failure, "the device knows contacts with quadrics only: solve it with --solver direct");
+    }
+    ok = ok && patch_device_solids(solve->device, solids, of, count, failure);
+    free(solids);
+    free(of);
+    return ok;
+}
+
+static bool device_step(PatchSolve *solve, FrameError *error)
+{
+    PatchDriver *driver = solve->driver;
+    const double *force[3];
+    Failure failure = {""};
+    PatchFault fault;
+    for (int c = 0; c < 3; c++) force[c] = driver->has_force[c] ? driver->force[c] : NULL;
+    bool ok = patch_device_edges(solve->device, 0, driver->edges, &failure) &&
+              patch_device_force(solve->device, 0, force, &failure) &&
+              (!driver->has_contact || device_solids(solve, &failure)) &&
+              patch_device_step(solve->device, (int[]){1}, &failure) &&
+              patch_device_read(solve->device, 0, solve->now, NULL, &fault, &failure);
+    if (!ok) return device_trouble(solve, &failure, error);
+    return fault.kind == PATCH_FINE || trouble(solve, error, "patch-diverges", fault.text);
+}
+
+static bool host_step(PatchSolve *solve, FrameError *error)
+{
+    PatchDriver *driver = solve->driver;
+    PatchDrive drive = {.edges = driver->edges};
+    PatchFault fault;
+    for (int c = 0; c < 3; c++) drive.force[c] = driver->has_force[c] ? driver->force[c] : NULL;
+    if (driver->has_contact) {
+        drive.contact = patch_driver_contact;
+        drive.context = driver;
+    }
+    if (!patch_host_step(solve->host, &drive, &fault)) return trouble(solve, error, "patch-diverges", fault.text);
+    for (int c = 0; c < 3; c++) memcpy(solve->now[c], solve->host->x[c], nodes_of(solve) * sizeof(double));
+    return true;
+}
+
+// --- start and steps
+
+static bool start(PatchSolve *solve, const double *inputs, FrameError *error)
+{
+    PatchDriver *driver = solve->driver;
+    solve->started = false;
+    solve->set.nodes = 0;
+    driver->edges_known = false;
+    memcpy(solve->inputs, inputs, solve->patch->program->input_count * sizeof *inputs);
+    if (!patch_driver_at(driver, 0, solve->inputs, error) || !patch_driver_edges(driver, NULL, error) ||
+        !patch_driver_start(driver, solve->now, error) || !set_model(solve, error))
+        return false;
+    Failure failure = {""};
+    if (solve->device) {
+        if (!patch_device_start(solve->device, 0, driver->edges, places(solve->now), NULL, &failure) ||
+            !patch_device_read(solve->device, 0, solve->now, NULL, &(PatchFault){0}, &failure))
+            return device_trouble(solve, &failure, error);
+    } else {
+        patch_host_start(solve->host, driver->edges, places(solve->now), NULL);
+        for (int c = 0; c < 3; c++) memcpy(solve->now[c], solve->host->x[c], nodes_of(solve) * sizeof(double));
+    }
+    patch_edges_copy(solve->edges_now, driver->edges);
+    solve->time = solve->before_time = 0;
+    solve->steps = 0;
+    solve->started = true;
+    return true;
+}
+
+static double solver_time(const PatchSolve *solve)
+{
+    return solve->device ? patch_device_time(solve->device, 0) : solve->host->time;
+}
+
+static bool step(PatchSolve *solve, FrameError *error)
+{
+    PatchDriver *driver = solve->driver;
+    const double *inputs = solve->inputs;
+    if (!patch_driver_at(driver, solve->time, inputs, error)) return false;
+    double end = solve->time + driver->model.step;
+    PatchModel model = driver->model;
+    if (model.scheme == PATCH_NEWMARK && !patch_driver_at(driver, solve->time + model.step / 2, inputs, error))
+        return false;
+    if (!patch_driver_force(driver, places(solve->now), error)) return false;
+    memcpy(model.force, driver->model.force, sizeof model.force);
+    // Edges, pins and what the patch touches are those of the end of the step.
+    if (!patch_driver_at(driver, end, inputs, error) || !patch_driver_edges(driver, places(solve->now), error))
+        return false;
+    model.pins = driver->model.pins;
+    model.pin_count = driver->model.pin_count;
+    driver->model = model;
+    if (!set_model(solve, error)) return false;
+    for (int c = 0; c < 3; c++) memcpy(solve->before[c], solve->now[c], nodes_of(solve) * sizeof(double));
+    patch_edges_copy(solve->edges_before, solve->edges_now);
+    solve->before_time = solve->time;
+    if (!(solve->device ? device_step(solve, error) : host_step(solve, error))) return false;
+    patch_edges_copy(solve->edges_now, driver->edges);
+    driver->edges_known = !solve->patch->edges.varies;
+    solve->time = solver_time(solve);
+    solve->steps++;
+    return true;
+}
+
+static void show(PatchSolve *solve, double time)
+{
+    double length = solve->time - solve->before_time;
+    double fraction = length > 0 ? (time - solve->before_time) / length : 1;
+    bool whole = fraction >= 1 - STEP_SLACK;
+    for (int c = 0; c < 3; c++) {
+        const double *now = solve->now[c], *before = solve->before[c];
+        for (size_t k = 0; k < nodes_of(solve); k++)
+            solve->shown[c][k] = whole ? now[k] : before[k] + fraction * (now[k] - before[k]);
+    }
+    patch_edges_copy(solve->edges_shown, whole ? solve->edges_now : solve->edges_before);
+    if (!whole) patch_edges_mix(solve->edges_shown, solve->edges_now, fraction);
+    solve->cells_filled = false;
+}
+
+bool patch_solve_to(PatchSolve *solve, double time, const double *inputs, FrameError *error)
+{
+    uint32_t count = solve->patch->program->input_count;
+    bool moved = solve->started && count && memcmp(solve->inputs, inputs, count * sizeof *inputs);
+    *error = (FrameError){0};
+    if (time < 0) time = 0;
+    bool back = solve->started && time < solve->before_time - STEP_SLACK * (solve->time - solve->before_time);
+    if (!solve->started || back || (moved && time <= solve->asked)) {
+        if (!start(solve, inputs, error)) return false;
+    } else if (moved) {
+        memcpy(solve->inputs, inputs, count * sizeof *inputs);
+        solve->driver->edges_known = false;
+    }
+    while (solve->time < time - STEP_SLACK * solve->driver->model.step) {
+        if (step(solve, error)) continue;
+        solve->started = false;
+        return false;
+    }
+    solve->asked = time;
+    show(solve, time);
+    return true;
+}
+
+PatchShape patch_solve_shape(const PatchSolve *solve)
+{
+    PatchShape shape = {.nodes = (int)solve->patch->nodes,
+                        .x = {solve->shown[0], solve->shown[1], solve->shown[2]},
+                        .edges = solve->edges_shown,
+                        .tangents = solve->patch->all_tangents ? PATCH_TANGENTS_ALL : PATCH_TANGENTS_X3,
+                        .time = solve->asked,
+                        .steps = solve->steps};
+    if (solve->desc.method == PATCH_METHOD_ITERATIVE && solve->host) {
+        shape.sweeps = solve->host->sweeps;
+        shape.residual = solve->host->residual;
+    }
+    return shape;
+}
+
+bool patch_solve_point(PatchSolve *solve, double u, double v, double place[3])
+{
+    if (!solve->cells) solve->cells = patch_cells_new((int)solve->patch->nodes);
+    if (!solve->cells) return false;
+    if (!solve->cells_filled) {
+        PatchShape shape = patch_solve_shape(solve);
+        patch_cells_fill(solve->cells, shape.x, shape.edges, shape.tangents);
+        solve->cells_filled = true;
+    }
+    for (int c = 0; c < 3; c++) place[c] = patch_cells_at(solve->cells, c, u, v, NULL, NULL);
+    return true;
+}

@@ -1,0 +1,62 @@
+// A patch of a scene as it is at a time: solved from its start, step by step, with what the scene says of it.
+//
+//     PatchSolve *solve = patch_solve_new(&plan->patches[k], &(PatchSolveDesc){.fps = plan->fps}, &failure);
+//     while (…) {
+//         if (!patch_solve_to(solve, time, inputs, &error)) …error.text at error.span…
+//         PatchShape shape = patch_solve_shape(solve);
+//     }
+//     patch_solve_free(solve);
+//
+// Simulation time is the scene's time and has its own steps. Between two of them the shape is the mix of both. What is
+// shown at a time follows from the scene, its params and that time alone: a moment that is asked for first gives the
+// bits of running through. (Handles that move while time goes on are the exception that they have to be: the patch goes
+// on from where it is. Where they move and time does not go on, it is solved again from its start.)
+//
+// Whatever cannot be solved stops with a sentence and a place in the scene: an equation that patch_diagnose() refuses,
+// a patch that diverges, a value that is not finite. A shape never holds what is not finite.
+#ifndef SCN_RUNTIME_PATCH_SCENE_H
+#define SCN_RUNTIME_PATCH_SCENE_H
+
+#include <stdint.h>
+
+#include "compiler/frame.h"
+#include "runtime/device.h"
+#include "runtime/failure.h"
+#include "runtime/patch_model.h"
+
+typedef enum PatchMethod { PATCH_METHOD_DIRECT, PATCH_METHOD_DEVICE, PATCH_METHOD_ITERATIVE } PatchMethod;
+
+typedef struct PatchSolveDesc {
+    double fps; // of the scene: what `frame` counts
+    PatchMethod method;
+    Device *device; // of PATCH_METHOD_DEVICE; has to outlive the solve
+    int sweeps;     // limit of PATCH_METHOD_ITERATIVE in a step; 0: its default
+} PatchSolveDesc;
+
+typedef struct PatchSolve PatchSolve;
+
+typedef struct PatchShape {
+    int nodes;
+    const double *x[3]; // places over nodes
+    const PatchEdges *edges;
+    PatchTangents tangents;
+    double time;    // that was asked for
+    uint64_t steps; // done so far
+    int sweeps;     // of the last step of PATCH_METHOD_ITERATIVE, and its residual
+    double residual;
+} PatchShape;
+
+PatchSolve *patch_solve_new(const PlanPatch *patch, const PatchSolveDesc *desc, Failure *failure);
+void patch_solve_free(PatchSolve *solve); // NULL is nothing
+
+// Brings the patch to a time, from where it is or from its start. `inputs` are the scene's handles. After false nothing
+// may be asked of the shape, and the next call starts anew.
+bool patch_solve_to(PatchSolve *solve, double time, const double *inputs, FrameError *error);
+
+// What the patch is now: good until the next call.
+PatchShape patch_solve_shape(const PatchSolve *solve);
+
+// The value and the place of the shape at (u, v), by its bicubic cells (runtime/patch_cells.h): exact at nodes.
+bool patch_solve_point(PatchSolve *solve, double u, double v, double place[3]);
+
+#endif
