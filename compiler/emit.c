@@ -224,13 +224,24 @@ static void emit_flat_march(Emitter *e)
     line(e, "t = t < far ? t : (FLOAT)(INFINITY);");
 }
 
+// A shape that is one free form: what is seen of it is found by a long function that is worth inlining (kernels/packet.cl), and where it ends is rarely asked.
+static bool is_freeform(const PlanShape *shape)
+{
+    return shape->node_count == 1 && shape->nodes[0].kind == SHAPE_FREEFORM;
+}
+
+static const char *linkage(bool freeform, bool leave)
+{
+    return !freeform ? "static" : leave ? "NOINLINE" : "INLINE";
+}
+
 static void emit_shape_function(Emitter *e, uint32_t index, bool leave)
 {
     e->shape = &e->plan->shapes[index];
     e->leave = leave;
     e->next = e->serial = 0;
-    line(e, "static FLOAT shape_%u_%s(const Ray *ray, uint id, uint begin, uint stop, FLOAT t, FLOAT bound, UINT *decided)", index,
-         direction(e));
+    line(e, "%s FLOAT shape_%u_%s(const Ray *ray, uint id, uint begin, uint stop, FLOAT t, FLOAT bound, UINT *decided)",
+         linkage(is_freeform(e->shape), leave), index, direction(e));
     line(e, "{");
     e->depth++;
     const PlanShapeNode *root = &e->shape->nodes[0];
@@ -301,7 +312,9 @@ static void emit_group_function(Emitter *e, uint32_t index, bool leave)
 {
     const PlanGroupType *type = &e->plan->group_types[index];
     e->leave = leave;
-    line(e, "static FLOAT group_%u_%s(const Ray *ray, uint begin, uint stop, FLOAT t, FLOAT bound, UINT *decided)", index, direction(e));
+    bool freeforms = type->shape_count == 1 && is_freeform(&e->plan->shapes[type->shapes[0]]);
+    line(e, "%s FLOAT group_%u_%s(const Ray *ray, uint begin, uint stop, FLOAT t, FLOAT bound, UINT *decided)", linkage(freeforms, leave), index,
+         direction(e));
     line(e, "{");
     e->depth++;
     line(e, "*decided = NO_LEAF;");
@@ -406,7 +419,7 @@ static void emit_structure(Emitter *e)
     uint32_t top = plan->groups[0].type;
     for (int leave = 0; leave < 2; leave++) {
         e->leave = leave;
-        line(e, "static FLOAT scene_%s(const Ray *ray, FLOAT t, FLOAT bound, UINT *decided)", direction(e));
+        line(e, "INLINE FLOAT scene_%s(const Ray *ray, FLOAT t, FLOAT bound, UINT *decided)", direction(e));
         line(e, "{");
         line(e, "    return group_%u_%s(ray, 0, ray->count, t, bound, decided);", top, direction(e));
         line(e, "}\n");

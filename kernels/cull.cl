@@ -33,7 +33,7 @@ static void list_append(List from, uint i, __global uint *slot, uint capacity, u
 
 #if WIDTH == 16
 // Which of the sixteen items from `i` on meet the rectangle, as bits.
-static uint boxes_meet(List list, uint i, const Rect *rect)
+INLINE uint boxes_meet(List list, uint i, const Rect *rect)
 {
     __global const float *boxes = list.boxes + i;
     uint stride = list.stride;
@@ -63,7 +63,7 @@ static uint list_fill(List all, const Rect *rect, __global uint *slot, uint capa
 }
 
 // The ids of those in the list that meet the rectangle: as `ids`, with their count, or the list's own where there is no room.
-static __global const uint *list_of_packet(List list, const Rect *rect, __global uint *ids, uint capacity, uint *count)
+INLINE __global const uint *list_of_packet(List list, const Rect *rect, __global uint *ids, uint capacity, uint *count)
 {
     uint n = 0;
     if (list.count <= SHORT_LIST) capacity = 0;

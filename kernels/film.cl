@@ -164,10 +164,11 @@ static void shade_tile(const Buffers *b, const Tile *tile, const Film *film, uin
             v.z *= scale;
             UINT leaves = tile->leaf[k];
             INT todo = hit;
-            for (uint next = next_value(leaves, todo); next; next = next_value(leaves, todo)) {
-                INT mine = todo & (leaves == next - 1u);
+            while (ANY(todo)) {
+                uint rank = next_value(leaves, todo);
+                INT mine = todo & (leaves == rank);
                 todo = todo & !mine;
-                uint leaf = b->nodes[next - 1u].leaf;
+                uint leaf = b->nodes[rank].leaf;
                 shade_material(b->materials + b->nodes[leaf].material, b->lights + first, count, p, n, v, tile->visible[k], mine, !more, &color);
             }
         }
@@ -182,13 +183,20 @@ __kernel void render(__global const FrameConstants *frame, __global const ViewCo
                      __global float *color, __global float *depth, __global float *normal, __global float *position, __global uint *id,
                      uint first_tile, uint stages) // stages: RenderStages of runtime/renderer.h
 {
-    __local FLOAT hit_z[BLOCKS], hit_scale[BLOCKS], normal_x[BLOCKS], normal_y[BLOCKS], normal_z[BLOCKS];
+    __local FLOAT hit_z[BLOCKS], normal_x[BLOCKS], normal_y[BLOCKS], normal_z[BLOCKS];
     __local UINT hit_leaf[BLOCKS], visible[BLOCKS];
     __local uint shared[SHARED_SIZE];
+#if WIDTH == 16
+    __local FLOAT light_u[BLOCKS], light_v[BLOCKS], light_w[BLOCKS];
+#endif
     uint group = (uint)get_group_id(0);
     uint number = first_tile + group;
     Buffers b = {frame, views, lights, records, boxes, items, nodes, materials, work + (size_t)group * frame->slot_size, counters};
-    Tile tile = {hit_z, hit_scale, normal_x, normal_y, normal_z, hit_leaf, visible, shared,
+    Tile tile = {hit_z, normal_x, normal_y, normal_z, hit_leaf, visible,
+#if WIDTH == 16
+                 light_u, light_v, light_w,
+#endif
+                 shared,
                  (int)(number % (uint)frame->tiles_across) * TILE_SIZE, (int)(number / (uint)frame->tiles_across) * TILE_SIZE};
     Film film = {color, depth, normal, position, id};
     if (!primary_hits(&b, &tile, stages) || stages == 1 || stages == 2) return;

@@ -2,7 +2,7 @@
 // between the ends of supports one polynomial of degree <= 6: its Bernstein coefficients on such a piece tell exactly whether and where it is first positive.
 
 // Adds W^4 F on a piece: f0, f1, f2 the Bezier values of F, p and q the W at its ends.
-static void add_base(Bernstein *sum, FLOAT f0, FLOAT f1, FLOAT f2, FLOAT p, FLOAT q)
+INLINE void add_base(Bernstein *sum, FLOAT f0, FLOAT f1, FLOAT f2, FLOAT p, FLOAT q)
 {
     FLOAT p2 = p * p, q2 = q * q, pq = p * q;
     FLOAT e0 = p2 * p2, e1 = p2 * pq, e2 = p2 * q2, e3 = pq * q2, e4 = q2 * q2;
@@ -15,8 +15,20 @@ static void add_base(Bernstein *sum, FLOAT f0, FLOAT f1, FLOAT f2, FLOAT p, FLOA
     sum->c6 += f2 * e4;
 }
 
+// The same where W is 1, for parallel rays.
+INLINE void add_parallel_base(Bernstein *sum, FLOAT f0, FLOAT f1, FLOAT f2)
+{
+    sum->c0 += f0;
+    sum->c1 += (2.0f / 3.0f) * f0 + (1.0f / 3.0f) * f1;
+    sum->c2 += 0.4f * f0 + (8.0f / 15.0f) * f1 + (1.0f / 15.0f) * f2;
+    sum->c3 += 0.2f * (f0 + f2) + 0.6f * f1;
+    sum->c4 += 0.4f * f2 + (8.0f / 15.0f) * f1 + (1.0f / 15.0f) * f0;
+    sum->c5 += (2.0f / 3.0f) * f2 + (1.0f / 3.0f) * f1;
+    sum->c6 += f2;
+}
+
 // Adds the cube of the quadratic with Bezier values a0, a1, a2.
-static void add_cube(Bernstein *sum, FLOAT a0, FLOAT a1, FLOAT a2)
+INLINE void add_cube(Bernstein *sum, FLOAT a0, FLOAT a1, FLOAT a2)
 {
     FLOAT s0 = a0 * a0, s1 = a1 * a1, s2 = a2 * a2;
     sum->c0 += s0 * a0;
@@ -74,7 +86,7 @@ static Bezier2 record_bezier(__global const QuadricRecord *r, FLOAT u, FLOAT v, 
 // place is a root, where floats give either sign). Infinity (or anything from the bound on) if there is none. Any base, any strength, any support; no
 // memory but registers: what is not kept is computed again. The perturbations are ray->list[begin .. stop). Written to be right; freeform_first()
 // below is for speed.
-static FLOAT freeform_next(const Ray *ray, uint id, uint begin, uint stop, FLOAT t, FLOAT bound, float sign, INT known)
+NOINLINE FLOAT freeform_next(const Ray *ray, uint id, uint begin, uint stop, FLOAT t, FLOAT bound, float sign, INT known)
 {
     __global const QuadricRecord *base = ray->records + id;
     FLOAT u = ray->u, v = ray->v;
@@ -139,7 +151,7 @@ static FLOAT freeform_next(const Ray *ray, uint id, uint begin, uint stop, FLOAT
 
 // As freeform_next() with sign 1 for rays that begin outside, with closed bases and supports: what is seen of free forms from outside. Keeps what it
 // learnt of each perturbation that meets the packet. Answers 0 where that does not hold, and the caller takes freeform_next().
-static int freeform_fast(const Ray *ray, uint id, uint begin, uint stop, FLOAT start, FLOAT bound, FLOAT *answer)
+INLINE int freeform_fast(const Ray *ray, uint id, uint begin, uint stop, FLOAT start, FLOAT bound, FLOAT *answer)
 {
     FLOAT lows[ACTIVE_LIMIT], highs[ACTIVE_LIMIT], middles[ACTIVE_LIMIT], squares[ACTIVE_LIMIT];
     float leads[ACTIVE_LIMIT];
@@ -220,9 +232,10 @@ static int freeform_fast(const Ray *ray, uint id, uint begin, uint stop, FLOAT s
         INT solve = live & active;
         if (ANY(solve)) {
             FLOAT dl = t - base_tm, dh = end - base_tm;
-            FLOAT lead = base->lead;
-            add_base(&sum, lead * (dl * dl - base_h2), lead * (dl * dh - base_h2), lead * (dh * dh - base_h2),
-                     1.0f - ray->kappa * t, 1.0f - ray->kappa * end);
+            float lead = base->lead;
+            FLOAT f0 = lead * (dl * dl - base_h2), f1 = lead * (dl * dh - base_h2), f2 = lead * (dh * dh - base_h2);
+            if (ray->kappa == 0.0f) add_parallel_base(&sum, f0, f1, f2);
+            else add_base(&sum, f0, f1, f2, 1.0f - ray->kappa * t, 1.0f - ray->kappa * end);
             FLOAT s = bernstein_first(&sum, solve, ray->shadow);
             INT hit = solve & (s <= 1.0f);
             found = hit ? t + s * (end - t) : found;
@@ -238,7 +251,7 @@ static int freeform_fast(const Ray *ray, uint id, uint begin, uint stop, FLOAT s
 #endif
 
 // The first place from t on, before the bound, that is inside; infinity (or anything from the bound on) if there is none.
-static FLOAT freeform_first(const Ray *ray, uint id, uint begin, uint stop, FLOAT t, FLOAT bound)
+INLINE FLOAT freeform_first(const Ray *ray, uint id, uint begin, uint stop, FLOAT t, FLOAT bound)
 {
 #if WIDTH > 1
     FLOAT found;
@@ -280,7 +293,6 @@ static Slope freeform_slope(const Ray *ray, uint id, uint begin, uint stop, FLOA
         Slope q = record_slope(r, ray->u, ray->v, w);
         // The factor's sign is the strength's; inside the support the value has that of -lead between the roots, of lead outside.
         INT in = q.value * (r->flags & RECORD_OUTSIDE ? r->lead : -r->lead) > 0.0f;
-        if (!ANY(in)) continue;
         FLOAT square = in ? q.value * q.value : zero;
         f.value += square * q.value;
         f.u += 3.0f * square * q.u;

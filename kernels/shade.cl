@@ -1,10 +1,10 @@
 // Normals and shading.
 
-// What differs by leaf is done for the lanes of one leaf at a time, since a packet seldom has more than two.
-static uint next_value(UINT values, INT todo)
+// What differs by leaf is done for the lanes of one leaf at a time, since a packet seldom has more than two: the highest value in lanes still to do.
+INLINE uint next_value(UINT values, INT todo)
 {
     UINT zero = 0;
-    return highest_uint(todo ? values + 1u : zero); // 1 + the highest value in lanes still to do; 0 where there is none
+    return highest_uint(todo ? values : zero);
 }
 
 typedef struct Vector {
@@ -12,15 +12,16 @@ typedef struct Vector {
 } Vector;
 
 // The normal where the ray meets the leaf of that rank at w, towards the viewer, in the primary view's axes.
-static Vector surface_normal(const Ray *ray, UINT ranks, INT hits, FLOAT w)
+INLINE Vector surface_normal(const Ray *ray, UINT ranks, INT hits, FLOAT w)
 {
     Vector n;
     n.x = n.y = n.z = 0.0f;
     INT todo = hits;
-    for (uint next = next_value(ranks, todo); next; next = next_value(ranks, todo)) {
-        INT mine = todo & (ranks == next - 1u);
+    while (ANY(todo)) {
+        uint rank = next_value(ranks, todo);
+        INT mine = todo & (ranks == rank);
         todo = todo & !mine;
-        uint leaf = ray->nodes[next - 1u].leaf;
+        uint leaf = ray->nodes[rank].leaf;
         Slope slope;
 #ifdef HAS_FREEFORM
         if (ray->nodes[leaf].count) {

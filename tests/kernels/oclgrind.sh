@@ -1,7 +1,7 @@
 #!/bin/sh
 # oclgrind.sh SCN SCENE…: renders each scene on Oclgrind's simulated device, which watches every access to memory. Nothing may be reported, and
 # the picture must be that of the other device. Without optimisation, since Oclgrind does not know some marks that optimised code holds; with local memory
-# as graphics cards have it.
+# as small devices have it: 32 kB.
 set -eu
 scn=$1
 shift
@@ -14,7 +14,7 @@ trap 'rm -rf "$folder"' EXIT
 status=0
 for scene in "$@"; do
     : >"$folder/log"
-    if ! timeout 300 oclgrind --log "$folder/log" --max-errors 20 --data-races --local-mem-size 49152 --build-options -cl-opt-disable \
+    if ! timeout 300 oclgrind --log "$folder/log" --max-errors 20 --data-races --local-mem-size 32768 --build-options -cl-opt-disable \
         "$scn" render -q --no-cache --lanes 1 --size 24x16 -o "$folder/picture.png" "$scene" >"$folder/out" 2>&1; then
         printf '%s: the command failed\n' "$scene"
         tail -n 20 "$folder/out"
