@@ -473,6 +473,14 @@ static void check_rules(Calling *k)
     }
 }
 
+// `on` says the whole place of a tool.
+static void check_tool_place(Calling *k)
+{
+    if (given(k, "on") && (given(k, "at") || given(k, "normal")))
+        diag(k->c->unit, k->node->name_span, DIAG_DUPLICATE_ARGUMENT,
+             "on says where %s works and where outward is: leave out at and normal", k->callee->name);
+}
+
 // --- results
 
 // Of what keys and match are called with.
@@ -597,6 +605,7 @@ Type check_call(Checker *c, Node *node, const Type *receiver, Symbol *symbol)
         bind_block(&k, symbol->callable);
     if (!k.bad) check_missing(&k);
     if (!k.bad && built_in) check_rules(&k);
+    if (!k.bad && k.callee->kind == CALLABLE_TOOL) check_tool_place(&k);
     node->note = k.call;
     k.call->result = cases ? of_cases : result_of(&k);
     if (built_in && builtins[k.callee->id].since == SINCE_LATER) {

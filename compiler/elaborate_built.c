@@ -125,7 +125,7 @@ static IrId grown(Eval *e, const Node *node, IrId quadric, Scalar grow)
     return ir_node(e->ir, OP_QUADRIC, span, ids, 10);
 }
 
-enum { PERTURB_Q, PERTURB_STRENGTH, PERTURB_HEIGHT, PERTURB_GROW, PERTURB_DEPTH };
+enum { PERTURB_Q, PERTURB_STRENGTH, PERTURB_HEIGHT, PERTURB_GROW, PERTURB_DEPTH, PERTURB_SHARE };
 
 // The strength with which the surface passes through (0, 0, height) of the tool's frame.
 static bool height_strength(Eval *e, const Node *node, const Call *call, const Value *args, IrId quadric,
@@ -163,6 +163,9 @@ static Value eval_perturb(Eval *e, const Node *node, const Call *call, const Val
     } else {
         operands[1] = scalar_id(e, args[PERTURB_STRENGTH].scalar);
     }
+    Scalar share = args[PERTURB_SHARE].scalar;
+    if (share.id || share.number != 1)
+        operands[1] = ir_op2(e->ir, OP_MUL, span_of(e, node), operands[1], scalar_id(e, share));
     IrId *ids = arena_array(&e->scratch, IrId, 1);
     ids[0] = ir_node(e->ir, OP_PERTURB, span_of(e, node), operands, 3);
     Value value = {.type = {.kind = TYPE_PERTURBATION}};
@@ -459,6 +462,7 @@ Value eval_builtin(Eval *e, const Node *node, const Call *call, const Value *rec
     case BUILTIN_PERTURB: return eval_perturb(e, node, call, args);
     case BUILTIN_CAMERA: return eval_camera(e, node, call, args);
     case BUILTIN_LIGHT: return eval_light(e, node, call, args);
+    case BUILTIN_SURFACE: return eval_surface(e, node, call, args);
     case BUILTIN_MATERIAL: return eval_material(e, node, call, args);
     case BUILTIN_BACKGROUND: return eval_background(e, node, args);
     default: return eval_patch_thing(e, node, call, args);

@@ -268,6 +268,12 @@ static bool place_is_bad(Eval *e, const Node *node, const Call *call, const Valu
     return false;
 }
 
+static IrId map_turn(Eval *e, const Node *node, const Value *turn)
+{
+    IrId zero = ir_const(e->ir, 0), axis[3] = {zero, zero, ir_const(e->ir, 1)};
+    return ir_rotate_axis(e->ir, span_of(e, node), axis, scalar_id(e, turn->scalar), NULL);
+}
+
 // The frame of a tool, in the coordinates of the frame that it is called in. 0 if it is that frame. False after a
 // report.
 static bool tool_frame(Eval *e, const Node *node, const Call *call, const Value *places, IrId *local)
@@ -280,16 +286,22 @@ static bool tool_frame(Eval *e, const Node *node, const Call *call, const Value 
         if (bound[i].how && place_is_bad(e, node, call, &places[i], first + i)) return false;
     }
     *local = 0;
+    if (bound[TOOL_ON].how) {
+        *local = places[TOOL_ON].id;
+        if (turn) *local = ir_op2(e->ir, OP_COMPOSE, span_of(e, node), *local, map_turn(e, node, &places[TOOL_TURN]));
+        return true;
+    }
     Span span = span_of(e, node);
-    IrId angle = scalar_id(e, turn ? places[TOOL_TURN].scalar : scalar_of(0)), zero = ir_const(e->ir, 0);
+    IrId angle = scalar_id(e, turn ? places[TOOL_TURN].scalar : scalar_of(0));
     if (!at) {
         if (normal || !e->forming->matrix) {
             complain(e, node, DIAG_TOOL_PLACE,
-                     normal ? "normal needs at: where does %s work?" : "where does %s work? Write at: (x, y, z)",
+                     normal ? "normal needs at: where does %s work?"
+                            : "where does %s work? Write at: (x, y, z), or on: surface(from: (x, y, z))",
                      callee->name);
             return false;
         }
-        if (turn) *local = ir_rotate_axis(e->ir, span, (IrId[3]){zero, zero, ir_const(e->ir, 1)}, angle, NULL);
+        if (turn) *local = map_turn(e, node, &places[TOOL_TURN]);
         return true;
     }
     IrId operands[7];
@@ -302,11 +314,7 @@ static bool tool_frame(Eval *e, const Node *node, const Call *call, const Value 
         complain(e, bound_node(call, first + TOOL_NORMAL, node), DIAG_OUT_OF_RANGE, "a normal has a direction");
         return false;
     }
-    operands[0] = e->forming->object;
-    if (e->forming->matrix) { // the object as the frame around sees it
-        operands[0] =
-            ir_op2(e->ir, OP_TRANSFORM, span, operands[0], ir_op1(e->ir, OP_INVERSE, span, e->forming->matrix));
-    }
+    operands[0] = formed_object(e, node);
     scalar_ids(e, &places[TOOL_AT], operands + 1);
     operands[4] = angle;
     *local = ir_node(e->ir, OP_PLACE, span, operands, 5);

@@ -367,9 +367,10 @@ static Value eval_set_chain(Eval *e, Node *const *link, int count, int *i, Value
 
 // --- members and elements
 
-static Value eval_member(const Node *node, const Value *a)
+static Value eval_member(Eval *e, const Node *node, const Value *a)
 {
     if (value_is_bad(a)) return value_bad();
+    if (type_is(a->type, TYPE_PLACE)) return eval_place_member(e, node, a);
     Type type = type_number(a->type.angle, a->type.time);
     int k;
     if (type_is(a->type, TYPE_RANGE)) {
@@ -420,7 +421,7 @@ static Value eval_link(Eval *e, const Node *node, const Value *left)
     switch (node->kind) {
     case NODE_BINARY: return eval_binary(e, node, left);
     case NODE_CALL: return eval_call(e, node, left);
-    case NODE_MEMBER: return node->note ? eval_name(e, node) : eval_member(node, left);
+    case NODE_MEMBER: return node->note ? eval_name(e, node) : eval_member(e, node, left);
     default: return eval_index(e, node, left);
     }
 }

@@ -91,7 +91,8 @@ const char *eval_complaint(IrOp op, const double *args)
         if (args[0] == 0) return "zero to a negative power";
         return args[0] < 0 && args[1] != floor(args[1]) ? "a negative number to a power that is not whole"
                                                         : "the power is too large";
-    case OP_PLACE: return "the tool misses: there is no surface along the gradient";
+    case OP_PLACE: return "tool-misses: there is no surface along the gradient";
+    case OP_SURFACE: return "tool-misses: the ray meets no surface in this frame";
     case OP_STAND: return "the tool has no place: its normal is zero";
     case OP_HEIGHT: return "the perturbation does not reach the point at its height";
     case OP_INVERSE:

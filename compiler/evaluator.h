@@ -9,6 +9,7 @@
 //   elaborate_built.c     calls of what is built in: sets, perturbations, things
 //   elaborate_modify.c    modifiers
 //   elaborate_patch.c     patches and their parts
+//   elaborate_answer.c    answers about objects: places on surfaces
 //   elaborate_math.c      functions of numbers, vectors, colors
 //   elaborate_report.c    where and why: the chain of calls, the chain of rates
 #ifndef SCN_COMPILER_EVALUATOR_H
@@ -145,6 +146,11 @@ bool patch_takes_points(uint16_t builtin, uint32_t argument); // whether an argu
 IrId sheet_patch(const Ir *ir, IrId sheet);
 void name_patch(Eval *e, IrId sheet, const char *name);
 void collect_patches(Eval *e); // into the IR, when all that is shown is evaluated
+
+// --- elaborate_answer.c
+Value eval_surface(Eval *e, const Node *node, const Call *call, const Value *args);
+Value eval_place_member(Eval *e, const Node *node, const Value *place);
+IrId formed_object(Eval *e, const Node *at); // what is being formed, as the frame around sees it
 
 // --- elaborate_report.c
 Diag *complain(Eval *e, const Node *at, DiagCode code, const char *format, ...) __attribute__((format(printf, 4, 5)));

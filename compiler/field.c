@@ -5,6 +5,7 @@
 
 #include "compiler/eval.h"
 #include "compiler/quadric.h"
+#include "compiler/ray.h"
 
 // --- building
 
@@ -441,6 +442,17 @@ bool field_fold_place(const Ir *ir, const IrId operands[5], double result[12])
     double point[4];
     numbers(ir, operands + 1, 4, point);
     bool ok = constants_code(&c, ir, operands[0], &code) && field_place(code, c.values, point, point[3], result);
+    arena_release(&c.arena);
+    return ok;
+}
+
+bool field_fold_surface(const Ir *ir, const IrId operands[7], double result[12])
+{
+    Constants c = {0};
+    FieldCode code;
+    double ray[6];
+    numbers(ir, operands + 1, 6, ray);
+    bool ok = constants_code(&c, ir, operands[0], &code) && ray_surface(code, c.values, ray, ray + 3, result);
     arena_release(&c.arena);
     return ok;
 }

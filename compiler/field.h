@@ -77,6 +77,7 @@ double field_height(FieldCode field, FieldCode support, const double *values, co
 
 // The same for nodes whose operands are all const. False if they have no finite value.
 bool field_fold_place(const Ir *ir, const IrId operands[5], double result[12]);
+bool field_fold_surface(const Ir *ir, const IrId operands[7], double result[12]); // compiler/ray.h
 bool field_fold_height(const Ir *ir, const IrId operands[6], double *strength);
 
 #endif

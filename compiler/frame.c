@@ -10,6 +10,7 @@
 #include "compiler/eval.h"
 #include "compiler/field.h"
 #include "compiler/quadric.h"
+#include "compiler/ray.h"
 
 typedef struct Run {
     const Plan *plan;
@@ -133,14 +134,17 @@ static bool place(Run *run, const PlanStep *step)
 {
     uint32_t next = step->first;
     FieldCode code = field_program(run->plan, &next);
-    double args[4];
-    for (uint32_t k = 0; k < 4; k++) {
+    double args[6];
+    bool ray = step->op == OP_SURFACE;
+    for (uint32_t k = 0; k < (ray ? 6 : 4); k++) {
         Slot slot = run->plan->operands[next + k];
         args[k] = run->values[slot];
         if (!isfinite(args[k])) return blame(run, step->span, slot);
     }
-    return field_place(code, run->values, args, args[3], run->values + step->result) ||
-           fail(run, step->span, eval_complaint(OP_PLACE, args));
+    double *result = run->values + step->result;
+    bool found = ray ? ray_surface(code, run->values, args, args + 3, result)
+                     : field_place(code, run->values, args, args[3], result);
+    return found || fail(run, step->span, eval_complaint(step->op, args));
 }
 
 static void height(Run *run, const PlanStep *step)
@@ -278,7 +282,9 @@ static bool step_fits(const Plan *plan, const PlanStep *step)
     case STEP_MATRIX: return matrix_step_fits(plan, step);
     case STEP_QUADRIC:
         return step->count == 2 && operands_fit(plan, step, 0, 1, 10) && operands_fit(plan, step, 1, 1, 12);
-    case STEP_PLACE: return program_fits(plan, step, &next) && scalars_fit(plan, step, next, 4);
+    case STEP_PLACE:
+        return (step->op == OP_PLACE || step->op == OP_SURFACE) && program_fits(plan, step, &next) &&
+               scalars_fit(plan, step, next, step->op == OP_SURFACE ? 6 : 4);
     case STEP_HEIGHT:
         return program_fits(plan, step, &next) && program_fits(plan, step, &next) &&
                operands_fit(plan, step, next, 1, 12) && scalars_fit(plan, step, next + 1, 3);

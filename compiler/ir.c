@@ -378,6 +378,8 @@ static IrId fold_matrix(Ir *ir, IrOp op, Span span, const IrId *operands, uint32
         if (!all_folded(ir, operands, count)) return 0;
         const_values(ir, operands, count, a);
         return matrix_stand(a, a + 3, a[6], r) ? ir_matrix(ir, span, r) : 0;
+    case OP_SURFACE:
+        return all_folded(ir, operands, count) && field_fold_surface(ir, operands, r) ? ir_matrix(ir, span, r) : 0;
     case OP_PLACE:
         return all_folded(ir, operands, count) && field_fold_place(ir, operands, r) ? ir_matrix(ir, span, r) : 0;
     default: return 0;
@@ -417,6 +419,13 @@ IrId ir_node_text(Ir *ir, IrOp op, Span span, const IrId *operands, uint32_t cou
     IrNode payload = {.bits = 0};
     payload.text = text;
     return append(ir, op, span, operands, count, payload.bits);
+}
+
+IrId ir_entry(Ir *ir, Span span, IrId matrix, uint32_t k)
+{
+    assert(k < 12 && "a map has twelve numbers");
+    if (ir_at(ir, matrix)->op == OP_MATRIX) return ir_operand(ir, matrix, k);
+    return ir_node_index(ir, OP_ENTRY, span, &matrix, 1, k);
 }
 
 IrId ir_op1(Ir *ir, IrOp op, Span span, IrId a)

@@ -161,6 +161,7 @@ const char *ir_complaint(const Ir *ir, IrId id);           // of a bad fold: "di
 bool ir_is_const(const Ir *ir, IrId id, double *value);    // a folded scalar; value may be NULL
 bool ir_const_matrix(const Ir *ir, IrId id, double m[12]); // a folded matrix
 IrId ir_matrix(Ir *ir, Span span, const double m[12]);
+IrId ir_entry(Ir *ir, Span span, IrId matrix, uint32_t k); // one of its twelve numbers
 
 // Affine maps as scene authors write them; operands are scalars (angles in radians). `about` may be NULL: the origin.
 IrId ir_move(Ir *ir, Span span, const IrId by[3]);

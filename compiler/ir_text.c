@@ -31,7 +31,7 @@ enum { PARAM_TYPE_COUNT = sizeof param_type_names / sizeof *param_type_names };
 
 static bool has_index(IrOp op)
 {
-    return op == OP_PARAM || op == OP_CAMERA || op == OP_LIGHT;
+    return op == OP_PARAM || op == OP_CAMERA || op == OP_LIGHT || op == OP_ENTRY;
 }
 static bool has_text(IrOp op)
 {

@@ -101,6 +101,7 @@ static void check_payload(Verifier *v, const IrNode *node)
     const Ir *ir = v->ir;
     switch ((IrOp)node->op) {
     case OP_PARAM: check(v, node->index < ir->input_count, "a param names an input"); break;
+    case OP_ENTRY: check(v, node->index < 12, "a map has twelve numbers"); break;
     case OP_CAMERA: check(v, node->index <= 1, "a camera is perspective or orthographic"); break;
     case OP_LIGHT: check(v, node->index <= LIGHT_SPOT, "a light is directional, a point or a spot"); break;
     case OP_NAMED:

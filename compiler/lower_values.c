@@ -180,6 +180,8 @@ static Slot value(Values *v, IrId id)
     case OP_COMPOSE:
     case OP_INVERSE:
     case OP_STAND: return operation(v, id, STEP_MATRIX, 12, 0);
+    case OP_ENTRY: return values_slot(v, ir_operand(v->ir, id, 0)) + node->index;
+    case OP_SURFACE:
     case OP_PLACE: return operation(v, id, STEP_PLACE, 12, 1);
     case OP_HEIGHT: return operation(v, id, STEP_HEIGHT, 1, 2);
     case OP_TRANSFORM: return operation(v, id, STEP_QUADRIC, 10, 0);

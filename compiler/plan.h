@@ -106,7 +106,7 @@ typedef enum StepKind {
     STEP_GATHER,  // result … = the operands, each one value: all finite, or the frame stops
     STEP_MATRIX,  // op: OP_COMPOSE of two matrices, OP_INVERSE of one, OP_STAND of seven scalars
     STEP_QUADRIC, // a quadric, a matrix M: the quadric of F(M^-1 X)
-    STEP_PLACE,   // a field program, then x y z turn: the frame on its surface (OP_PLACE)
+    STEP_PLACE,   // a field program, then x y z turn: the frame on its surface (OP_PLACE); or from xyz, toward xyz: OP_SURFACE
     STEP_HEIGHT,  // a field program, that of a quadric, a matrix, x y z: OP_HEIGHT, one scalar
     STEP_ASSERT,  // a scalar that is not 0, or the frame stops with `text`
 } StepKind;

@@ -34,7 +34,7 @@ typedef struct Value {
             const IrId *ids;
             uint32_t count;
         } parts; // perturbation: the sum of these
-        IrId id; // quadric, object, material, light, camera, background
+        IrId id; // quadric, object, material, light, camera, background; place: the map of its frame
     };
 } Value;
 

@@ -285,6 +285,34 @@ static void place(Walk *walk, IrId id)
     stand(on, normal, oracle->scalars[operands[4]], oracle->maps[id]);
 }
 
+// Where the ray first crosses the surface: steps of a two thousandth of the way to `toward`, ten times as far, a bisection where the sign changes.
+static void surface(Walk *walk, IrId id)
+{
+    Oracle *oracle = walk->oracle;
+    const IrId *operands = ir_operands(oracle->ir, id);
+    double from[3], way[3], p[3], normal[3], low = 0, high = 0;
+    for (int i = 0; i < 3; i++) {
+        from[i] = oracle->scalars[operands[1 + i]];
+        way[i] = oracle->scalars[operands[4 + i]] - from[i];
+    }
+    bool inside = oracle_ir_field(oracle, operands[0], from, NULL) >= 0, found = false;
+    for (int k = 1; k <= 20000 && !found; k++) {
+        low = high, high = k / 2000.0;
+        for (int i = 0; i < 3; i++) p[i] = from[i] + high * way[i];
+        found = (oracle_ir_field(oracle, operands[0], p, NULL) >= 0) != inside;
+    }
+    if (!found) fail(walk, "a ray misses");
+    for (int k = 0; k < 100; k++) {
+        double middle = (low + high) / 2;
+        for (int i = 0; i < 3; i++) p[i] = from[i] + middle * way[i];
+        if ((oracle_ir_field(oracle, operands[0], p, NULL) >= 0) == inside) low = middle;
+        else high = middle;
+    }
+    oracle_ir_field(oracle, operands[0], p, normal);
+    for (int i = 0; i < 3; i++) normal[i] = -normal[i];
+    stand(p, normal, 0, oracle->maps[id]);
+}
+
 static double height(Walk *walk, IrId id)
 {
     Oracle *oracle = walk->oracle;
@@ -313,6 +341,7 @@ static void evaluate_matrix(Walk *walk, IrId id)
         if (!map_inverse(oracle->maps[operands[0]], out)) fail(walk, "a matrix is singular");
         break;
     case OP_PLACE: place(walk, id); break;
+    case OP_SURFACE: surface(walk, id); break;
     case OP_STAND: {
         double v[7];
         for (int k = 0; k < 7; k++) v[k] = oracle->scalars[operands[k]];
@@ -334,7 +363,9 @@ static void evaluate_numbers(Walk *walk, const OracleFrame *frame)
         if (node->rate == RATE_POINT && node->type == IR_SCALAR) continue;
         if (node->type == IR_MATRIX) evaluate_matrix(walk, id);
         if (node->type != IR_SCALAR) continue;
-        oracle->scalars[id] = node->op == OP_HEIGHT ? height(walk, id) : scalar_value(walk, ir, frame, id);
+        oracle->scalars[id] = node->op == OP_HEIGHT  ? height(walk, id)
+                              : node->op == OP_ENTRY ? oracle->maps[ir_operand(ir, id, 0)][node->index]
+                                                     : scalar_value(walk, ir, frame, id);
         if (!isfinite(oracle->scalars[id])) fail(walk, "a value is not finite");
     }
 }
