@@ -104,10 +104,10 @@ static void put_signature(FILE *out, const char *signature)
     fprintf(out, ")%s", behind_parameters(signature));
 }
 
-// In a table a bar is escaped and a line's end is a space.
+// In a table a bar is escaped and a line's end is a space. A text of several paragraphs gives its first.
 static void put_cell(FILE *out, const char *text)
 {
-    for (; text && *text; text++) {
+    for (; text && *text && strncmp(text, "\n\n", 2) != 0; text++) {
         if (*text == '|') fputc('\\', out);
         fputc(*text == '\n' ? ' ' : *text, out);
     }
@@ -131,7 +131,7 @@ static void put_row(FILE *out, const char *signature, const char *doc)
 
 // --- What is written in SCN ---
 
-// The signature of a tag, tool or fn: its text up to its block, without its first word, each space once.
+// The signature of a tag, tool or fn: its text up to its block, without its first word and comments, each space once.
 static void put_item(FILE *out, const Source *source, const Node *item)
 {
     const char *p = source->text + (item->name_span.begin - source->base);
@@ -139,7 +139,9 @@ static void put_item(FILE *out, const Source *source, const Node *item)
     char *text = malloc((size_t)(end - p) + 1), *to = text;
     if (!text) abort();
     for (; p < end && *p != '{'; p++) {
+        if (strncmp(p, "//", 2) == 0) p += strcspn(p, "\n");
         bool space = isspace((unsigned char)*p);
+        if (space && to > text && to[-1] == '(') continue;
         if (!space || (to > text && to[-1] != ' ')) *to++ = space ? ' ' : *p;
     }
     while (to > text && to[-1] == ' ') to--;
