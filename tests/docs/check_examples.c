@@ -6,6 +6,7 @@
 // block that is fenced by ``` and whose language is one of
 //
 //     ```scn                     a complete file
+//     ```scn cup.scn             a complete file of that name, which later examples of the text can include and use
 //     ```scn fragment            items of a file that also declares `a`, `b` (objects) and `clay` (a material)
 //
 // and in it
@@ -50,7 +51,8 @@ typedef struct Notes {
 typedef struct Example {
     const char *text; // in the Markdown text, not terminated
     size_t length;
-    int line; // of the Markdown text, where the example's first line stands
+    int line;         // of the Markdown text, where the example's first line stands
+    const char *name; // of its file, if it has one, up to the end of the line; else NULL
     bool fragment;
 } Example;
 
@@ -103,14 +105,16 @@ static bool starts_fence(const char *line)
     return strncmp(line, "```", 3) == 0;
 }
 
-// Whether a fence's words are those of an example, and of which kind.
-static bool is_example(const char *fence, bool *fragment)
+// The file that a fence names, "" if none; NULL if its words are not those of an example.
+static const char *example_name(const char *fence, bool *fragment)
 {
     const char *end = line_end(fence);
     if (end > fence && end[-1] == '\r') end--;
     size_t length = (size_t)(end - fence);
     *fragment = length == strlen("```scn fragment") && memcmp(fence, "```scn fragment", length) == 0;
-    return *fragment || (length == strlen("```scn") && memcmp(fence, "```scn", length) == 0);
+    if (*fragment || (length == strlen("```scn") && memcmp(fence, "```scn", length) == 0)) return "";
+    bool named = length > strlen("```scn .scn") && memcmp(fence, "```scn ", 7) == 0 && memcmp(end - 4, ".scn", 4) == 0;
+    return named ? fence + 7 : NULL;
 }
 
 // Finds the next example. Returns false at the end of the text.
@@ -118,14 +122,15 @@ static bool next_example(Reader *reader, Example *example)
 {
     while (*reader->next) {
         bool fence = starts_fence(reader->next), fragment = false;
-        bool wanted = fence && is_example(reader->next, &fragment);
+        const char *name = fence ? example_name(reader->next, &fragment) : NULL;
         skip_line(reader);
         if (!fence) continue;
         *example = (Example){.text = reader->next, .line = reader->line, .fragment = fragment};
+        if (name && *name) example->name = name;
         while (*reader->next && !starts_fence(reader->next)) skip_line(reader);
         example->length = (size_t)(reader->next - example->text);
         if (*reader->next) skip_line(reader);
-        if (wanted) return true;
+        if (name) return true;
     }
     return false;
 }
@@ -238,7 +243,10 @@ static bool check_example(const char *scn, const char *text_path, const char *fo
     static char output[1 << 16];
     char path[2048];
     const char *name = strrchr(text_path, '/') ? strrchr(text_path, '/') + 1 : text_path;
-    snprintf(path, sizeof path, "%s/%.*s-%d.scn", folder, (int)strcspn(name, "."), name, example->line);
+    if (example->name)
+        snprintf(path, sizeof path, "%s/%.*s", folder, (int)strcspn(example->name, "\r\n"), example->name);
+    else
+        snprintf(path, sizeof path, "%s/%.*s-%d.scn", folder, (int)strcspn(name, "."), name, example->line);
     write_example(example, path);
 
     Notes announced = {0}, came = {0};

@@ -1,8 +1,8 @@
 // Renders scenes, puts them on one sheet, and compares them with pictures that were looked at.
 //
-//     scn-gallery --scn SCN --out FOLDER [--size N] [--compare PICTURES | --update PICTURES] SCENE.scn ...
+//     scn-gallery --scn SCN --out FOLDER [--size N] [--time T] [--compare PICTURES | --update PICTURES] SCENE.scn ...
 //
-// Each scene is rendered by the command SCN, N x N pixels (default 512), 9 rays a pixel, to FOLDER/NAME.png, and all
+// Each scene is rendered by the command SCN, at the time T (default 0s), N x N pixels (default 512), 9 rays a pixel, to FOLDER/NAME.png, and all
 // of them together to FOLDER/contact-sheet.png, in the order in which they were named, as near to a square as their
 // count allows.
 //
@@ -35,7 +35,7 @@ typedef struct Picture { // rows from the top, sRGB, three bytes a pixel
 } Picture;
 
 typedef struct Options {
-    const char *scn, *out, *compare, *update;
+    const char *scn, *out, *compare, *update, *time;
     const char *scenes[MAX_SCENES];
     int scene_count, size;
 } Options;
@@ -94,8 +94,8 @@ static bool render(const Options *options, const char *scene, const char *path)
     snprintf(size, sizeof size, "%dx%d", options->size, options->size);
     pid_t child = fork();
     if (child == 0) {
-        execl(options->scn, options->scn, "render", scene, "-o", path, "--size", size, "--samples", "3", "-q",
-              (char *)NULL);
+        execl(options->scn, options->scn, "render", scene, "-o", path, "--size", size, "--samples", "3", "-q", "--time",
+              options->time, (char *)NULL);
         perror(options->scn);
         _exit(EXIT_WORLD);
     }
@@ -190,15 +190,15 @@ static bool make_sheet(const Options *options, const char *path)
 
 static void usage(void)
 {
-    fputs(
-        "usage: scn-gallery --scn SCN --out FOLDER [--size N] [--compare PICTURES | --update PICTURES] SCENE.scn ...\n",
-        stderr);
+    fputs("usage: scn-gallery --scn SCN --out FOLDER [--size N] [--time T] [--compare PICTURES | --update PICTURES] "
+          "SCENE.scn ...\n",
+          stderr);
     exit(2);
 }
 
 static Options read_options(int argc, char **argv)
 {
-    Options options = {.size = 512};
+    Options options = {.size = 512, .time = "0s"};
     for (int i = 1; i < argc; i++) {
         const char *word = argv[i];
         if (strncmp(word, "--", 2) != 0) {
@@ -215,6 +215,8 @@ static Options read_options(int argc, char **argv)
             options.compare = argv[i];
         else if (strcmp(word, "--update") == 0)
             options.update = argv[i];
+        else if (strcmp(word, "--time") == 0)
+            options.time = argv[i];
         else if (strcmp(word, "--size") == 0)
             options.size = atoi(argv[i]);
         else
