@@ -44,6 +44,7 @@ void check_value(Checker *c, Node *node, Type have, Values *values)
         check_shown(c, node, have);
         return;
     }
+    if (values->many && have.list && have.kind == TYPE_ANY) return; // [] gives nothing
     if (!values->known) {
         if (values->many && have.list) have = type_element(have); // a list gives its elements
         if (values->count == 1) {

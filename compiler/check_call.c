@@ -8,12 +8,14 @@
 #include <string.h>
 
 #include "compiler/checker.h"
+#include "compiler/synonyms.h"
 
 typedef struct Argument {
     Node *node; // the expression
     Name name;  // NULL: positional
     Span span;  // of the name, or of the expression
     Type type;
+    bool foreign; // its name was written with `=`, and reported
 } Argument;
 
 enum { FEW = 12 }; // arguments that find room on the stack
@@ -258,7 +260,7 @@ static void report_unknown(Calling *k, Name name, Span span, const Callable *fir
         }
     }
     k->bad = true;
-    const char *near = nearest_name(name, known, count);
+    const char *near = suggested_name(name, known, count);
     if (near) {
         Diag *d =
             diag(k->c->unit, span, DIAG_UNKNOWN_ARGUMENT, "%s has no %s: do you mean %s?", first->name, name, near);
@@ -333,7 +335,9 @@ static void bind_named(Calling *k, const Callable *first)
     for (uint32_t i = k->positional; i < k->count; i++) {
         const Argument *a = &k->arguments[i];
         int at = parameter_named(k->callee, a->name);
-        if (at < 0)
+        if (at < 0 && a->foreign)
+            k->bad = true;
+        else if (at < 0)
             report_unknown(k, a->name, a->span, first);
         else if (bind_one(k, at, a->node, a->span, false))
             check_argument(k, at, a->node, a->type);
@@ -537,19 +541,20 @@ static void collect(Calling *k)
     uint32_t most = k->receiver ? 1 : 0;
     for (const Node *a = k->node->b; a; a = a->next) most++;
     if (most > FEW) k->arguments = arena_array(&k->c->scratch, Argument, most);
-    if (k->receiver) k->arguments[k->count++] = (Argument){k->node->a, NULL, k->node->a->span, *k->receiver};
+    if (k->receiver)
+        k->arguments[k->count++] = (Argument){.node = k->node->a, .span = k->node->a->span, .type = *k->receiver};
     k->positional = k->count;
     for (Node *a = k->node->b; a; a = a->next) {
         bool named = a->kind == NODE_ARGUMENT;
         Type type = check_expr(k->c, named ? a->a : a);
         if (named) {
-            k->arguments[k->count++] = (Argument){a->a, a->name, a->name_span, type};
+            k->arguments[k->count++] = (Argument){a->a, a->name, a->name_span, type, a->flag};
         } else if (k->positional < k->count) {
             k->bad = true;
             diag(k->c->unit, a->span, DIAG_POSITIONAL_AFTER_NAMED,
                  "arguments without a name come first: name this one, or move it forward");
         } else {
-            k->arguments[k->count++] = (Argument){a, NULL, a->span, type};
+            k->arguments[k->count++] = (Argument){.node = a, .span = a->span, .type = type};
             k->positional++;
         }
     }
@@ -581,6 +586,8 @@ Type check_call(Checker *c, Node *node, const Type *receiver, Symbol *symbol)
     if (symbol->kind != SYMBOL_CALLABLE) {
         if (symbol->kind != SYMBOL_ERROR) {
             if (symbol->global) check_symbol(c, symbol);
+        }
+        if (symbol->kind != SYMBOL_ERROR && !(symbol->kind == SYMBOL_LET && type_bad(symbol->type))) {
             const char *what =
                 symbol->kind == SYMBOL_LIBRARY ? "a library" : type_phrase(&c->unit->arena, symbol->type);
             Diag *d = diag(c->unit, node->name_span, DIAG_TYPE_MISMATCH, "%s is %s here and cannot be called",

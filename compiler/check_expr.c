@@ -52,6 +52,9 @@ static void report_unit(Checker *c, const Node *node, Type have, Type want, cons
         Diag *d = diag(c->unit, node->span, DIAG_UNIT_MISMATCH, "%s is a time and needs a unit: write %.12gs", what,
                        n->number);
         diag_fix(c->unit, d, node->span, FIX_LIKELY, "%.12gs", n->number);
+    } else if (have.time == want.time + 1 && have.angle == want.angle && !plain) {
+        diag(c->unit, node->span, DIAG_UNIT_MISMATCH,
+             "%s is %s, and this has a time in it: write (time / 1s) for the time", what, type_phrase(arena, want));
     } else if (plain && type_equal(have, type_number(1, 0))) {
         diag(c->unit, node->span, DIAG_UNIT_MISMATCH,
              "%s is a plain number, and this is an angle: divide it by 1rad or 1deg", what);
@@ -62,6 +65,24 @@ static void report_unit(Checker *c, const Node *node, Type have, Type want, cons
         diag(c->unit, node->span, DIAG_UNIT_MISMATCH, "%s is %s, and this is %s", what, type_phrase(arena, want),
              type_phrase(arena, have));
     }
+}
+
+// What to write instead of a value of another kind, where people are known to mistake one for the other; "" if nothing is known.
+static const char *kind_hint(Type have, Type want)
+{
+    bool single = !have.list && !want.list;
+    if (single && have.kind == TYPE_STRING && (want.kind == TYPE_MATERIAL || want.kind == TYPE_COLOR))
+        return ": write a colour such as #ff8000";
+    if (single && have.kind == TYPE_STRING && type_is_numeric(want)) return ": leave out the quotes";
+    if (single && type_is_number(have) && want.kind == TYPE_RANGE) return ": write 0 .. and a number";
+    if (single && type_is_number(have) && want.kind == TYPE_VEC3) return ": write (0, 0, 1)";
+    if (single && type_is_number(have) && want.kind == TYPE_COLOR) return ": write gray(…) of it";
+    if (have.list == 1 && !want.list && type_is_numeric(want) && type_is_number(type_element(have)))
+        return ": a vector is written in parentheses, (0, 0, 1)";
+    if (have.list == 1 && !want.list && want.kind == TYPE_OBJECT && type_is_field(type_element(have)))
+        return ": write union(…) of it";
+    if (!have.list && want.list == 1 && type_converts(have, type_element(want))) return ": write it in [ ]";
+    return "";
 }
 
 bool expect(Checker *c, const Node *node, Type have, Type want, const char *what)
@@ -84,8 +105,8 @@ bool expect(Checker *c, const Node *node, Type have, Type want, const char *what
         diag(c->unit, node->span, DIAG_VECTOR_SIZE, "%s has %d numbers, and this vector has %d", what,
              want.kind == TYPE_VEC2 ? 2 : 3, have.kind == TYPE_VEC2 ? 2 : 3);
     } else {
-        diag(c->unit, node->span, DIAG_TYPE_MISMATCH, "%s is %s, and this is %s", what, type_phrase(arena, want),
-             type_phrase(arena, have));
+        diag(c->unit, node->span, DIAG_TYPE_MISMATCH, "%s is %s, and this is %s%s", what, type_phrase(arena, want),
+             type_phrase(arena, have), kind_hint(have, want));
     }
     return false;
 }
@@ -212,6 +233,7 @@ static Type check_unary(Checker *c, Node *node)
     const char *phrase = type_phrase(&c->unit->arena, type);
     switch (node->op) {
     case NODE_OP_NOT:
+        if (node->flag && !type_is(type, TYPE_BOOL)) return poison();
         return expect(c, node->a, type, type_of(TYPE_BOOL), "what follows not") ? type_of(TYPE_BOOL) : poison();
     case NODE_OP_NEG:
         if (type_is_number(type) || type_is_vector(type)) return type;

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "compiler/checker.h"
+#include "compiler/synonyms.h"
 
 static void table_grow(Checker *c);
 
@@ -204,7 +205,8 @@ void names_close(Checker *c, uint32_t mark)
     while (c->local_count > mark) {
         Symbol *symbol = c->locals[--c->local_count];
         entry_of(c, symbol->name)->local = symbol->outer;
-        if (symbol->kind == SYMBOL_LET && !symbol->used && symbol->name[0] != '_' && !c->body->quiet) {
+        if (symbol->kind == SYMBOL_LET && !symbol->used && symbol->name[0] != '_' &&
+            !lost_name(c->unit, symbol->name) && !c->body->quiet) {
             diag(c->unit, symbol->span, DIAG_UNUSED, "nothing uses %s: remove it, or begin its name with _",
                  symbol->name);
         }
@@ -258,7 +260,7 @@ static const char *nearest_visible(Checker *c, Name name)
         if (!seen && module) seen = of_module(entry->global, module) || of_module(entry->brought, module);
         if (seen) candidates[count++] = entry->name;
     }
-    return nearest_name(name, candidates, count);
+    return suggested_name(name, candidates, count);
 }
 
 const char *names_nearest_in(Checker *c, const Module *module, Name name)
@@ -271,7 +273,7 @@ const char *names_nearest_in(Checker *c, const Module *module, Name name)
     for (const Symbol *symbol = module->first; symbol; symbol = symbol->next) {
         if (symbol->name[0] != '_') candidates[count++] = symbol->name;
     }
-    return nearest_name(name, candidates, count);
+    return suggested_name(name, candidates, count);
 }
 
 Symbol *names_use(Checker *c, Name name, Span span, bool called)
@@ -284,7 +286,9 @@ Symbol *names_use(Checker *c, Name name, Span span, bool called)
         return symbol;
     }
     const Node *later = defined_later(c, name);
-    if (later) {
+    if (lost_name(c->unit, name)) {
+        // What defines it was skipped, with a message.
+    } else if (later) {
         Diag *d = diag(c->unit, span, DIAG_USED_EARLY,
                        "%s is defined further down in this block: move its definition up", name);
         diag_label(c->unit, d, later->name_span, "defined here");

@@ -202,6 +202,9 @@ static const char *assert_sides(Eval *e, const Node *condition)
     if (!node) return "";
     Value a = eval_expr(e, node->a), b = eval_expr(e, node->b);
     if (value_is_bad(&a) || value_is_bad(&b)) return "";
+    // "a radius is greater than 0" needs only to hear what it is instead.
+    if (e->site.end && node->b->kind == NODE_NUMBER)
+        return arena_printf(&e->scratch, ", and this is %s", value_text(&e->scratch, &a, 9));
     return arena_printf(&e->scratch, " (%s %s %s)", value_text(&e->scratch, &a, 9), node_op_text((NodeOp)node->op),
                         value_text(&e->scratch, &b, 9));
 }

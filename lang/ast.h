@@ -62,11 +62,11 @@ typedef enum NodeKind {
     NODE_VECTOR,   // a: two or three expressions
     NODE_LIST,     // a: expressions and NODE_FOR
     NODE_PAREN,    // a: expression in parentheses, kept for the formatter
-    NODE_UNARY,    // op; a, which is no number if op is NODE_OP_NEG
+    NODE_UNARY,    // op; a, which is no number if op is NODE_OP_NEG; flag: written in a foreign way, and reported
     NODE_BINARY,   // op; a, b. Also ranges, comparisons, and/or
     NODE_CALL,     // name; a: receiver of a dot or NULL; b: list of arguments; c: NODE_BLOCK or NULL
                    //   flag: had parentheses. `a.f` without parentheses or block is NODE_MEMBER
-    NODE_ARGUMENT, // an argument with a name: name; a: expression. One without stands in the list as its expression
+    NODE_ARGUMENT, // an argument with a name: name; a: expression; flag: written with `=`, and reported. One without stands in the list as its expression
     NODE_MEMBER,   // a; name
     NODE_INDEX,    // a; b: index
     NODE_IF,       // a: condition; b: NODE_BLOCK; c: NODE_BLOCK, NODE_IF or NULL

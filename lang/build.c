@@ -165,6 +165,7 @@ Node *build_use(Parser *p, Span span, Name name, Text path, Span what, Node *ali
                        "a library that is given by its file needs a name: write use \"%.*s\" as name;",
                        (int)path.length, path.text);
         diag_fix(p->unit, d, (Span){what.end, what.end}, FIX_GUESS, " as name");
+        return build_error(p, span, NULL);
     }
     return finish(p, node);
 }
@@ -330,8 +331,26 @@ Node *build_for_with_head(Parser *p, Span span, Node *head, Node *body)
     return build_for(p, span, head->name, head->name_span, head->a, body);
 }
 
+// assert(condition, "message"); reads as a vector.
+static Node *unwrap_assert(Parser *p, Node *condition)
+{
+    Node *message = condition->a->next;
+    Diag *d =
+        diag(p->unit, condition->span, DIAG_FOREIGN_SYNTAX, "assert is no call: write assert condition, \"message\";");
+    Span inside = {condition->span.begin + 1, condition->span.end - 1};
+    if (is_short(inside))
+        diag_fix(p->unit, d, condition->span, FIX_LIKELY, " %.*s", quoted_length(inside), source_text(p, inside));
+    condition->a->next = NULL;
+    return message;
+}
+
 Node *build_assert(Parser *p, Span span, Node *condition, Node *message)
 {
+    if (!message && condition->kind == NODE_VECTOR && condition->a->next->kind == NODE_STRING &&
+        !condition->a->next->next) {
+        message = unwrap_assert(p, condition);
+        condition = condition->a;
+    }
     Node *node = start(p, NODE_ASSERT, span);
     node->a = condition;
     node->b = message;
@@ -349,6 +368,10 @@ Node *build_print(Parser *p, Span span, NodeList values)
 
 Node *build_error(Parser *p, Span span, Node *receiver)
 {
+    if (!receiver) {
+        lost_text(p->unit, span);
+        p->lost = span;
+    }
     Node *node = start(p, NODE_ERROR, span);
     node->a = receiver;
     return finish(p, node);
@@ -447,6 +470,14 @@ Node *build_binary(Parser *p, Span span, NodeOp op, Span op_span, Node *a, Node 
     return finish(p, node);
 }
 
+// The flag says that it was reported: what follows is not, if it stands before an object, say.
+Node *build_foreign_not(Parser *p, Span span, Span op_span, Node *a)
+{
+    Node *node = build_unary(p, span, NODE_OP_NOT, op_span, a);
+    node->flag = true;
+    return node;
+}
+
 // a < b < c as (a < b) and (b < c). `comparison` is a < b, or such a chain, whose last comparison is its b.
 static Node *build_chain(Parser *p, Span span, NodeOp op, Span op_span, Node *comparison, Node *c)
 {
@@ -521,7 +552,9 @@ Node *build_named_with_equals(Parser *p, Span span, Name name, Span name_span, S
     Diag *d = diag(p->unit, equals, DIAG_NAMED_ARGUMENT, "an argument with a name is written with a colon: write %s: …",
                    name);
     diag_fix(p->unit, d, (Span){name_span.end, equals.end}, FIX_SURE, ":");
-    return build_argument(p, span, name, name_span, value);
+    Node *node = build_argument(p, span, name, name_span, value);
+    node->flag = true;
+    return node;
 }
 
 Node *build_member(Parser *p, Span span, Node *a, Name name, Span name_span)

@@ -76,6 +76,8 @@ static Diag **place_of(Unit *unit, DiagCode code, Span span)
 Diag *diag(Unit *unit, Span span, DiagCode code, const char *format, ...)
 {
     Diagnostics *list = &unit->diagnostics;
+    Span silent = unit->lost.silent;
+    if (span.begin >= silent.begin && span.begin < silent.end) return &list->discarded;
     Diag **place = place_of(unit, code, span);
     if (*place) return &list->discarded;
     Severity severity = facts[code].severity;

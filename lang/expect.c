@@ -185,15 +185,188 @@ static bool is_binary_operator(int code)
     return is_operator(code) && code != '.' && code != '(' && code != '[' && code != '{';
 }
 
-// The mistakes that have words of their own. True if it was one.
+// --- Mistakes that have words of their own ---
+
+// Words that begin an item in other languages, and what is written here. They may be names in a scene, so they count only where the
+// text cannot go on.
+static const struct {
+    const char *words, *advice;
+} foreign_words[] = {
+    {" def define function func fun proc procedure macro sub ",
+     "a function is written fn f(x: scalar) { … }, and a shape of one's own tag f(r: scalar) { … }"},
+    {" module class struct shape type ", "a shape of one's own is written tag name(r: scalar) { … }"},
+    {" import require from using load ", "a file is brought by include \"file.scn\";, a library by use name;"},
+    {" return yield ", "a block ends with its value: leave this word out"},
+    {" while repeat loop do foreach ", "a for walks a range or a list: write for i in 0..5 { … }"},
+    {" var const local set auto double float real int scalar ", "a name gets its value by let: write let a = …;"},
+    {" version ", "the version of the language is said by scn 1; in the first line"},
+    {" elif elsif elseif ", "another condition is written } else if a { … }"},
+    {" switch case when ", "a choice by value is written match(v) { 1: a; 2: b; }"},
+    {" echo printf write puts ", "what is to be seen while compiling is written print value;"},
+    {" then ", "a condition stands alone: write if a { … } else { … }"},
+};
+
+static bool goes_on(char c)
+{
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_';
+}
+
+static const char *advice_for(const char *text, const char *end)
+{
+    size_t length = 0;
+    while (text + length < end && goes_on(text[length])) length++;
+    char padded[16];
+    if (length == 0 || length > sizeof padded - 3) return NULL;
+    snprintf(padded, sizeof padded, " %.*s ", (int)length, text);
+    for (size_t i = 0; i < sizeof foreign_words / sizeof *foreign_words; i++) {
+        if (strstr(foreign_words[i].words, padded)) return foreign_words[i].advice;
+    }
+    return NULL;
+}
+
+// The name that ends before a place, with space between; empty if another mark stands there.
+static Span word_before(const Parser *p, uint32_t position)
+{
+    const char *text = p->source->text;
+    uint32_t end = position - p->source->base;
+    while (end > 0 && strchr(" \t\r\n", text[end - 1])) end--;
+    uint32_t begin = end;
+    while (begin > 0 && goes_on(text[begin - 1])) begin--;
+    return (Span){p->source->base + begin, p->source->base + end};
+}
+
+static const char *text_at(const Parser *p, uint32_t position)
+{
+    return p->source->text + (position - p->source->base);
+}
+
+static bool report_foreign_word(Parser *p, const Token *found)
+{
+    const Filter *f = &p->filter;
+    const Bracket *b = &f->stack[f->last_opened && f->depth > 0 ? f->depth - 1 : f->depth];
+    const char *end = p->source->text + p->source->length;
+    const char *advice = advice_for(text_at(p, found->span.begin), end);
+    Span at = found->span;
+    if (!advice && b->item_begin && b->item_begin < found->span.begin && found->code != '}') {
+        at.begin = b->item_begin;
+        advice = advice_for(text_at(p, at.begin), end);
+        at.end = at.begin;
+        while (goes_on(*text_at(p, at.end))) at.end++;
+    }
+    if (!advice) return false;
+    diag(p->unit, at, DIAG_FOREIGN_SYNTAX, "%s", advice);
+    return true;
+}
+
+static bool has_mark(const Expected *e, const char *mark)
+{
+    for (int i = 0; i < e->mark_count; i++) {
+        if (!strcmp(e->marks[i], mark)) return true;
+    }
+    return false;
+}
+
+// Behind a name, where two of them are a declaration: `sphere 1`, `object a: b`, `object my-ball`.
+static bool report_after_names(Parser *p, const Token *found, const Expected *e)
+{
+    Span name = word_before(p, found->span.begin);
+    int length = (int)(name.end - name.begin);
+    const char *text = text_at(p, name.begin);
+    if (length == 0) return false;
+    bool in_call = has_mark(e, ":") && has_mark(e, ",") && has_mark(e, ")");
+    if (in_call && is_value(found->code)) {
+        Diag *d = diag(p->unit, found->span, DIAG_NAMED_ARGUMENT,
+                       "an argument with a name is written with a colon: write %.*s: …", length, text);
+        diag_fix(p->unit, d, (Span){name.end, name.end}, FIX_LIKELY, ":");
+        return true;
+    }
+    if (e->name && has_mark(e, "=") && is_value(found->code)) {
+        diag(p->unit, found->span, DIAG_UNEXPECTED, "what a call takes stands in parentheses: write %.*s(…)", length,
+             text);
+        return true;
+    }
+    if (e->value || e->name || !has_mark(e, "=") || !has_mark(e, "{")) return false;
+    if (found->code == ':') {
+        Diag *d = diag(p->unit, found->span, DIAG_UNEXPECTED, "a declaration gives its value with `=`: write %.*s = …",
+                       length, text);
+        diag_fix(p->unit, d, found->span, FIX_LIKELY, " =");
+        return true;
+    }
+    if (found->code == '-' && name.end == found->span.begin) {
+        diag(p->unit, found->span, DIAG_UNEXPECTED, "names have letters, digits and `_`, and no `-`: write %.*s_…",
+             length, text);
+        return true;
+    }
+    return false;
+}
+
+// True if an `else` only follows an `if` that was skipped, with a message.
+static bool follows_lost(const Parser *p, const Token *found)
+{
+    const char *text = p->source->text, *at = text_at(p, found->span.begin);
+    while (at > text && strchr(" \t\r\n", at[-1])) at--;
+    uint32_t position = p->source->base + (uint32_t)(at - text);
+    return p->lost.end && position == p->lost.end;
+}
+
+static bool report_else(Parser *p, const Token *found, const Expected *e)
+{
+    if (!e->item) return false;
+    if (!follows_lost(p, found))
+        diag(p->unit, found->span, DIAG_UNEXPECTED, "an else stands behind the } of an if: if a { … } else { … }");
+    return true;
+}
+
+static bool report_comma(Parser *p, const Token *found, const Expected *e)
+{
+    if (!e->operation || !has_mark(e, ";") || has_mark(e, ",")) return false;
+    diag(p->unit, found->span, DIAG_UNEXPECTED,
+         "each value ends with `;`; several in one are a vector (0, 0, 5), a list [0, 0, 5], or what a call takes: "
+         "f(0, 0, 5)");
+    return true;
+}
+
+// Behind a value that is complete.
+static bool report_second_value(Parser *p, const Token *found, const Expected *e)
+{
+    if (!e->operation || e->value) return false;
+    if (has_mark(e, "{") && !has_mark(e, ";")) {
+        diag(p->unit, found->span, DIAG_UNEXPECTED, "what an if or a for decides on stands in a block: write { … }");
+        return true;
+    }
+    const char *text = p->source->text, *at = text_at(p, found->span.begin);
+    while (at > text && strchr(" \t\r\n", at[-1])) at--;
+    if (found->code != TOK_NAME || !has_mark(e, ";") || at == text || at[-1] != ')') return false;
+    char here[64];
+    describe_found(p, found, here, sizeof here);
+    diag(p->unit, found->span, DIAG_UNEXPECTED,
+         "expected `;` or an operator before %s; a modifier stands behind what it changes: a.move(…)", here);
+    return true;
+}
+
+// True if it was one.
 static bool report_known(Parser *p, const Token *found, const Expected *e)
 {
+    if (report_foreign_word(p, found) || report_after_names(p, found, e)) return true;
+    if (is_value(found->code) && report_second_value(p, found, e)) return true;
     switch (found->code) {
+    case TOK_ELSE: return report_else(p, found, e);
+    case ',': return report_comma(p, found, e);
     case '<':
+        if (e->string && !e->value) {
+            diag(p->unit, found->span, DIAG_UNEXPECTED,
+                 "the name of a file stands in double quotes: include \"file.scn\";");
+            return true;
+        }
         if (!e->value) return false;
         diag(p->unit, found->span, DIAG_FOREIGN_SYNTAX, "a vector is written in parentheses: (0, 0, 1)");
         return true;
     case '=':
+        if (!e->operation && has_mark(e, "{") && !has_mark(e, "=")) {
+            diag(p->unit, found->span, DIAG_UNEXPECTED,
+                 "what a function gives stands in a block: write { … } instead of = …");
+            return true;
+        }
         if (!e->operation) return false;
         diag_fix(p->unit,
                  diag(p->unit, found->span, DIAG_UNEXPECTED,

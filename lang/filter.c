@@ -171,6 +171,8 @@ static bool semicolon_is_missing(Filter *f, const Bracket *b)
     const Token *next = peek(f, 0);
     if (!ends_value(f->last.code) || b->item_words == 0 || b->headers > 0) return false;
     if (begins_only_items(next->code)) return true;
+    bool next_entry = b->closer == '}' && b->item_colon && next->code == TOK_NAME && peek(f, 1)->code == ':';
+    if (next_entry) return true;
     if (!begins_item(next->code) || !on_new_line(f, next)) return false;
     return !may_be_easing(f, b) && !may_be_declared(f, b);
 }
@@ -180,6 +182,9 @@ static void report_semicolon(Filter *f)
     bool put_in_before =
         f->last.span.begin == f->last.span.end; // a ) that was missing has its message, and this is the same mistake
     if (f->skipping || put_in_before) return;   // as has what is skipped
+    const Source *source = f->scanner->source;
+    if (source->text[innermost(f)->item_begin - source->base] == '#')
+        return; // a line of another language, reported as such
     Span after = {f->last.span.end, f->last.span.end};
     Diag *d = diag(f->unit, after, DIAG_MISSING_SEMICOLON, "an item ends with a semicolon: write `;` here");
     diag_fix(f->unit, d, after, FIX_SURE, ";");
@@ -218,6 +223,26 @@ static bool semicolon_comes(Filter *f)
     if (!semicolon_is_missing(f, b)) return false;
     report_semicolon(f);
     return true;
+}
+
+// True at a `,` that stands where an entry or value of a block ends: `{ eye: (0, 0, 5), fov: 40deg }`.
+static bool comma_for_semicolon(Filter *f)
+{
+    const Bracket *b = innermost(f);
+    if (f->skipping || b->closer != '}' || b->item_words == 0 || b->headers > 0 || peek(f, 0)->code != ',')
+        return false;
+    if (begins_only_items(b->item_first)) return false;
+    return peek(f, 1)->code == '}' || (peek(f, 1)->code == TOK_NAME && peek(f, 2)->code == ':');
+}
+
+static Token take_comma(Filter *f)
+{
+    Token comma = take(f);
+    Diag *d = diag(f->unit, comma.span, DIAG_MISSING_SEMICOLON,
+                   "what stands in a block ends with `;`: write it instead of `,`");
+    diag_fix(f->unit, d, comma.span, FIX_SURE, ";");
+    comma.code = ';';
+    return comma;
 }
 
 static Token give_semicolon(Filter *f, Token token)
@@ -277,10 +302,22 @@ static Token open_bracket(Filter *f, Token token, int closer)
     return token;
 }
 
+// A closing mark that closes nothing. Behind a } of that kind all is outside of the block that it was meant for.
+static void report_stray(Filter *f, Span span)
+{
+    char closer = f->scanner->source->text[span.begin - f->scanner->source->base];
+    Diag *d = diag(f->unit, span, DIAG_STRAY_BRACKET, "no %s is open here that this %s would close: remove it",
+                   opener_text(closer), closer_text(closer));
+    diag_fix(f->unit, d, span, FIX_LIKELY, "%s", "");
+    if (closer == '}') f->unit->lost.shape = true;
+}
+
 static Token close_bracket(Filter *f, Token token)
 {
     Bracket *b = innermost(f);
-    if (token.code == '}' && token.span.end > token.span.begin) note_suspect(f, b->open, token.span);
+    bool written = token.span.end > token.span.begin;
+    if (written && b->stray.end) report_stray(f, b->stray);
+    if (token.code == '}' && written) note_suspect(f, b->open, token.span);
     token.code = b->closer;
     f->depth--;
     return token;
@@ -289,6 +326,9 @@ static Token close_bracket(Filter *f, Token token)
 static void report_unclosed(Filter *f, Span at, const char *what)
 {
     const Bracket *b = innermost(f);
+    Span silent = f->unit->lost.silent;
+    bool in_lost = f->last.span.end > silent.begin && f->last.span.end <= silent.end;
+    if (f->unit->lost.shape || in_lost) return; // it may be closed in what was lost
     if (b->closer == TOK_STRING_TAIL) return; // the scanner has seen that it ends
     Diag *d = diag(f->unit, b->open, DIAG_UNCLOSED, "this %s is not closed: write %s", opener_text(b->closer),
                    closer_text(b->closer));
@@ -299,9 +339,18 @@ static void report_unclosed(Filter *f, Span at, const char *what)
 // The end of the file closes everything, in one message: by the indentation, or else for the innermost.
 static void report_unclosed_at_end(Filter *f, Span end)
 {
-    if (f->end_reported) return;
+    bool lost = f->unit->lost.shape;
+    f->unit->lost.shape = true;
+    if (f->end_reported || lost) return;
     f->end_reported = true;
     const Bracket *b = innermost(f);
+    if (b->stray.end) {
+        Diag *d = diag(f->unit, b->open, DIAG_UNCLOSED, "this %s is closed by the wrong mark: write %s instead",
+                       opener_text(b->closer), closer_text(b->closer));
+        diag_label(f->unit, d, b->stray, "closed here");
+        diag_fix(f->unit, d, b->stray, FIX_LIKELY, "%s", closer_text(b->closer));
+        return;
+    }
     Span open = b->closer == '}' && f->suspect.end ? f->suspect : b->open;
     Diag *d = diag(f->unit, open, DIAG_UNCLOSED, "this %s is not closed: write %s", opener_text(b->closer),
                    closer_text(b->closer));
@@ -351,9 +400,11 @@ static bool close_other(Filter *f, Token *given)
         return false;
     }
     if (f->skipping) return false; // what is skipped has its message
-    Diag *d = diag(f->unit, next.span, DIAG_STRAY_BRACKET, "no %s is open here that this %s would close: remove it",
-                   opener_text(next.code), closer_text(next.code));
-    diag_fix(f->unit, d, next.span, FIX_LIKELY, "%s", "");
+    if (f->depth > 0 && !b->stray.end) {
+        b->stray = next.span; // whether it was meant to close this bracket is seen when that is closed
+        return false;
+    }
+    report_stray(f, next.span);
     return false;
 }
 
@@ -377,7 +428,7 @@ static void name_reserved_word(Filter *f)
         bool goes_on = next->code == TOK_AND || next->code == TOK_OR; // a or { b }
         wanted = wanted || (second && !goes_on && after == '{' && next->code != TOK_IF && next->code != TOK_NOT);
     }
-    if (!wanted) return;
+    if (!wanted || f->skipping) return;
     const char *word = token_text(next->code);
     Diag *d = diag(f->unit, next->span, DIAG_RESERVED_WORD,
                    "`%s` is a word of the language and cannot be a name: write another, such as %s_", word, word);
@@ -415,7 +466,7 @@ static Token leave_out_head(Filter *f)
         depth += (code == '(') - (code == ')');
         open.span.end = take(f).span.end;
     }
-    diag_label(f->unit, d, open.span, "instead of this");
+    d->span = open.span;
     open.code = TOK_SCN_YYerror;
     return open;
 }
@@ -424,6 +475,7 @@ static Token leave_out_head(Filter *f)
 static void note_word(Filter *f, int code)
 {
     Bracket *b = innermost(f);
+    if (b->item_words == 0) b->item_begin = peek(f, 0)->span.begin;
     if (!holds_items(b)) {
         if (code == TOK_IF || code == TOK_FOR) b->headers++;
         return;
@@ -455,6 +507,10 @@ static bool step(Filter *f, Token *given)
     }
     if (semicolon_comes(f)) {
         *given = give_semicolon(f, put_in(f, ';'));
+        return true;
+    }
+    if (comma_for_semicolon(f)) {
+        *given = give_semicolon(f, take_comma(f));
         return true;
     }
     if (item_in_brackets(f, next.code)) {
@@ -530,7 +586,8 @@ static bool is_plain(const Filter *f, int code)
 {
     int closer = f->stack[f->depth].closer;
     if ((closer != ')' && closer != ']') || f->last.code == '.') return false;
-    return code == TOK_INT || code == TOK_REAL || code == ',' || code == '-' || code == '+' || code == '*' || code == '/';
+    return code == TOK_INT || code == TOK_REAL || code == ',' || code == '-' || code == '+' || code == '*' ||
+           code == '/';
 }
 
 const Token *filter_next(Filter *f)

@@ -317,10 +317,13 @@ static void load_items(Loader *l, Loaded *from)
             return;
         }
         l->depth++;
+        int errors = l->unit->errors;
         if (item->kind == NODE_INCLUDE)
             include(l, from, item);
         else
             use(l, from, item);
+        bool missing = l->unit->errors > errors && item->kind == NODE_INCLUDE && !item->a;
+        l->unit->lost.files = l->unit->lost.files || missing;
         l->depth--;
     }
 }

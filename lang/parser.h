@@ -16,6 +16,7 @@ typedef struct Parser {
     Scanner scanner;
     Filter filter;
     Node *file;    // the result
+    Span lost;     // the last text that was skipped
     bool too_deep; // reported: once is enough
 } Parser;
 
@@ -64,6 +65,7 @@ Node *build_vector(Parser *p, Span span, NodeList parts);
 Node *build_list(Parser *p, Span span, NodeList elements);
 Node *build_paren(Parser *p, Span span, Node *inner);
 Node *build_unary(Parser *p, Span span, NodeOp op, Span op_span, Node *a);
+Node *build_foreign_not(Parser *p, Span span, Span op_span, Node *a); // !a
 Node *build_binary(Parser *p, Span span, NodeOp op, Span op_span, Node *a, Node *b);
 Node *build_comparison(Parser *p, Span span, NodeOp op, Span op_span, Node *a, Node *b); // also a < b < c
 Node *build_modulo(Parser *p, Span span, Span op_span, Node *a, Node *b);                    // a % b

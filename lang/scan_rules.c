@@ -356,6 +356,36 @@ static bool beyond_exact(const char *digits, uint32_t count)
     return value > UINT64_C(1) << 53;
 }
 
+// `object 3d = …`: where a name must stand, digits with letters are one.
+static bool is_name_with_digits(const Scanner *s, uint32_t at, uint32_t digits, uint32_t length)
+{
+    const char *text = s->source->text + at;
+    if (digits == length || !is_letter(text[digits]) || memchr(text, '.', length)) return false;
+    if (memchr(s->source->text + s->last_end, '\n', at - s->last_end)) return false;
+    for (int i = 0; i < COUNT(units); i++) {
+        if (strlen(units[i].text) == length - digits && !memcmp(units[i].text, text + digits, length - digits))
+            return false;
+    }
+    switch (s->last_code) {
+    case TOK_NAME:
+    case TOK_LET:
+    case TOK_FN:
+    case TOK_TAG:
+    case TOK_TOOL:
+    case TOK_PARAM: return s->any_word;
+    default: return false;
+    }
+}
+
+static int name_with_digits(Scanner *s, uint32_t at, uint32_t length)
+{
+    Span span = scan_span(s, at, length);
+    Diag *d = diag(s->unit, span, DIAG_NUMBER_FORM, "a name begins with a letter or `_`, not with a digit");
+    diag_fix(s->unit, d, scan_span(s, at, 0), FIX_GUESS, "_");
+    s->token->value.name = name_of(&s->unit->names, s->source->text + at, length);
+    return scan_word(s, TOK_NAME, at, length);
+}
+
 int scan_number(Scanner *s, uint32_t at, uint32_t length, uint32_t *used)
 {
     const char *text = s->source->text + at;
@@ -369,6 +399,7 @@ int scan_number(Scanner *s, uint32_t at, uint32_t length, uint32_t *used)
     else if (beyond_ascii)
         length = digits;
     *used = length;
+    if (!beyond_ascii && is_name_with_digits(s, at, digits, length)) return name_with_digits(s, at, length);
 
     double value = value_of(s, text, &read);
     NumberUnit unit = digits < length ? unit_of(s, at, digits, length) : UNIT_NONE;
@@ -527,7 +558,7 @@ static const struct {
      "a name has one value for good, so there is no `/=`: give the new value a new name with let", NULL},
     {"++", TOK_SCN_YYerror, "a name has one value for good, so there is no `++`; a for counts: for i in 0..5 { … }",
      NULL},
-    {"!", '!', "`!` is written `not`", "not "},
+    {"!", '!', "`!` is written `not`, and the complement of an object ~a", "not "},
     {"%", '%', NULL, NULL}, // reported by the parser, which knows the operands
     {"?", TOK_SCN_YYerror, "a choice is written if a { b } else { c }", NULL},
 };
@@ -679,6 +710,8 @@ void scan_open_comment(Scanner *s)
 {
     diag(s->unit, scan_span(s, s->comment_begin, 2), DIAG_UNTERMINATED_COMMENT,
          "this comment does not end: write */ (comments nest, so each /* in it needs one too)");
+    s->unit->lost.shape = true;
+    s->unit->lost.silent = scan_span(s, s->comment_begin, s->source->length - s->comment_begin + 1);
 }
 
 // Reports once what is not UTF-8, wherever it stands. False for a text that is of another encoding altogether.

@@ -74,12 +74,46 @@ static StringEnd string_end(const char *p, const char *end)
     return depth ? STRING_BRACE_OPEN : STRING_OPEN;
 }
 
+// The quote that ends a string on one of the lines behind it, or NULL: the only one of its line, with something behind it that
+// follows strings and not something that begins one.
+static const char *end_on_later_line(const char *p, const char *end)
+{
+    enum { LINES_MAX = 10 };
+    int lines = 0;
+    for (; p < end && lines <= LINES_MAX; p++) {
+        if (*p == '{' || *p == '}') return NULL;
+        if (*p == '\n') lines++;
+        if (*p != '"') continue;
+        const char *rest = p + 1;
+        bool alone = !memchr(rest, '"', strcspn(rest, "\n"));
+        return alone && (rest == end || strchr(" \t\r\n;,)]}", *rest)) ? p : NULL;
+    }
+    return NULL;
+}
+
+// A string over several lines is one word: in the scanner's copy of the text its line breaks become spaces.
+static void join_lines(Scanner *s, uint32_t begin, uint32_t end)
+{
+    for (uint32_t at = begin; at < end; at++) {
+        if (s->buffer[at] == '\n' || s->buffer[at] == '\\') s->buffer[at] = ' ';
+    }
+    s->unit->lost.silent = scan_span(s, begin + 1, end - begin);
+}
+
 bool scan_string_ends(Scanner *s, uint32_t at)
 {
     const char *text = s->source->text;
     StringEnd how = string_end(text + at + 1, text + s->source->length);
     if (how == STRING_ENDS) return true;
     Span span = scan_span(s, at, 1);
+    const char *later = how == STRING_OPEN ? end_on_later_line(text + at + 1, text + s->source->length) : NULL;
+    if (later) {
+        Diag *d = diag(s->unit, span, DIAG_UNTERMINATED_STRING,
+                       "a string stands on one line: write \\n for a line break in it");
+        diag_label(s->unit, d, scan_span(s, (uint32_t)(later - text), 1), "it ends here");
+        join_lines(s, at, (uint32_t)(later - text));
+        return true;
+    }
     if (how == STRING_TOO_DEEP) {
         diag(s->unit, span, DIAG_TOO_DEEP, "strings are nested more than %d deep here: give parts of it names with let",
              NODE_DEPTH_MAX);
@@ -90,6 +124,11 @@ bool scan_string_ends(Scanner *s, uint32_t at)
         diag(s->unit, span, DIAG_UNTERMINATED_STRING,
              "this string does not end on its line: write \" where it ends, \\n for a line break");
     }
+    // The rest of the line is text, or would have been something else: what seems wrong in it is this mistake.
+    uint32_t line = (uint32_t)strcspn(text + at, "\n");
+    Span rest = scan_span(s, at + 1, line);
+    s->unit->lost.silent = rest;
+    lost_text(s->unit, rest);
     return false;
 }
 
@@ -98,6 +137,8 @@ bool scan_string_ends(Scanner *s, uint32_t at)
 int scan_broken_string(Scanner *s, uint32_t at, uint32_t length, uint32_t *used)
 {
     const char *text = s->source->text + at;
+    const char *comment = memmem(text, length, " //", 3);
+    if (comment) length = (uint32_t)(comment - text);
     while (length && strchr(" \t\r\n;,)]}", text[length - 1]) && text[length - 1]) length--;
     *used = length;
     s->token->value.text = (Text){text, length};

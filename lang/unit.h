@@ -5,6 +5,7 @@
 #include "lang/arena.h"
 #include "lang/diag.h"
 #include "lang/intern.h"
+#include "lang/lost.h"
 #include "lang/source.h"
 
 // Gives the text of a library that is compiled in ("brushes" for `use brushes`) and its length in bytes; NULL if there
@@ -19,6 +20,7 @@ typedef struct Unit {
     Names names; // interned: equal names are equal pointers
     Diagnostics diagnostics;
     int errors, warnings; // counted as they are reported
+    Lost lost;            // what mistakes have hidden
 
     // Options, set before parse().
     const char *const *include_paths; // -I, in order

@@ -226,7 +226,7 @@ static void a_string_ends_on_its_line(void **state)
     assert_words_and_reports("\"", "\"\"", "1:1 unterminated-string");
     assert_words_and_reports("\"\nb", "\"\" 'b", "1:1 unterminated-string");
     assert_words_and_reports("\"a {b c\";\nd", "\"a {b c\"\" ; 'd", "1:1 unterminated-string");
-    assert_words_and_reports("\"a {b // c}\"\nd", "\"a {b // c}\"\" 'd", "1:1 unterminated-string");
+    assert_words_and_reports("\"a {b // c}\"\nd", "\"a {b\" 'd", "1:1 unterminated-string");
     assert_words_and_reports("\"a\\\nb", "\"a\\\" 'b", "1:1 unterminated-string");
 }
 

@@ -1,0 +1,31 @@
+// What a mistake hides from the phases behind it, so that one mistake stays one message.
+//
+// Text that the parser has skipped may define names, and a file that is missing surely does: a name that is not found because of that
+// is no second mistake. Where a string, a comment or a brace that was forgotten ends is a guess: nothing that would follow
+// from the guess is reported, and a unit whose shape is lost is not checked at all.
+#ifndef SCN_LANG_LOST_H
+#define SCN_LANG_LOST_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "lang/intern.h"
+#include "lang/source.h"
+
+struct Unit;
+
+typedef struct Lost {
+    bool shape;  // brackets, strings or comments do not end where they should: only what was reported so far is sure
+    bool files;  // a file that was to be included or used is not there: any name may be one of its
+    Span silent; // reports that begin in here follow from one that was made, and are dropped
+    Name *names; // words of texts that were skipped: an open-addressing set by pointer
+    uint32_t count, capacity;
+} Lost;
+
+// A stretch of a source was skipped, with a report: the words in it may be names that it defined.
+void lost_text(struct Unit *unit, Span span);
+
+// True if a name that means nothing here may have been defined by what was lost.
+bool lost_name(const struct Unit *unit, Name name);
+
+#endif
