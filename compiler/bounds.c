@@ -398,6 +398,14 @@ static void cut_by_quadrics(Bounds *box, Meeting *m)
     if (bounds_empty(box)) *box = nothing();
 }
 
+void bounds_cut(Bounds *box, const double *const *quadrics, uint32_t count)
+{
+    Meeting m;
+    m.count = m.plane_count = 0;
+    for (uint32_t k = 0; k < count && m.count < PARTS_MAX; k++) m.quadrics[m.count++] = quadrics[k];
+    cut_by_quadrics(box, &m);
+}
+
 // --- plans
 
 typedef struct Scene {

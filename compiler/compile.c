@@ -61,6 +61,7 @@ static Ir *make_ir(Compilation *c, Node *tree)
     arena_release(&c->unit->tree_arena); // the largest part of a large scene: it need not stand beside the plan
     phase_done(c, PHASE_ELABORATE);
     if (ir && o->dump_ir) ir_print(ir, o->dump_ir);
+    if (ir && o->elaborated) *o->elaborated = (CompileElaborated){ir, ir->root};
     return ir;
 }
 

@@ -20,6 +20,11 @@
 #include "compiler/plan.h"
 #include "lang/unit.h"
 
+typedef struct CompileElaborated { // the IR before the passes, in the unit's arena: they append to it and move its root
+    const Ir *ir;
+    IrId root;
+} CompileElaborated;
+
 typedef struct CompileOptions {
     const Define *defines; // -D name=value, in order
     int define_count;
@@ -32,7 +37,8 @@ typedef struct CompileOptions {
     // `scn dump`: each is written as soon as it is there; NULL: not asked for.
     FILE *dump_tree, *dump_ir; // the tree; the IR as elaborated
     FILE *dump_after, *dump_kernel;
-    const char *after; // the pass whose IR goes to dump_after: compile_pass_name()
+    const char *after;             // the pass whose IR goes to dump_after: compile_pass_name()
+    CompileElaborated *elaborated; // filled for `scn tree`; NULL: not asked for
 } CompileOptions;
 
 typedef enum CompilePhase {

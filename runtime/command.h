@@ -14,6 +14,7 @@ int command_build(const Options *options);
 int command_check(const Options *options);
 int command_fmt(const Options *options);
 int command_info(const Options *options);
+int command_tree(const Options *options);
 int command_dump(const Options *options);
 int command_patch(const Options *options);
 int command_bench(const Options *options);

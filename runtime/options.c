@@ -236,6 +236,7 @@ static bool set_option(Options *options, OptionId id, const char *value)
     case OPTION_FMT_CHECK: options->check = true; return true;
     case OPTION_DIFF: options->diff = true; return true;
     case OPTION_LINES: return set_lines(options, value);
+    case OPTION_DEPTH: return set_count(options, "depth", value, 1000000, &options->depth);
     case OPTION_JSON: options->json = true; return true;
     case OPTION_CSV: options->csv = true; return true;
     case OPTION_PROBE: return add(options, options->probes, &options->probe_count, value, "times --probe");

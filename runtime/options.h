@@ -57,6 +57,7 @@ typedef struct Options {
     const char *times, *patch;
     int solver, sweeps; // of patches: 0 direct, 1 device, 2 iterative (PatchMethod); 0: not given
     bool csv;
+    int depth;                                 // 0: not given
     bool no_cache, source, ast, ir, kernel, json, strict, quiet, check, diff;
     ColorWhen color;
     KernelsWhich kernels;

@@ -1,0 +1,225 @@
+// The tree of a package. Its plan holds names only as the outermost object of each leaf, and sets as they are rendered: complements are in the
+// coefficients, paint and names at the leaves. So the parts of a group that belong to one object are put under its name.
+#include <math.h>
+#include <stdlib.h>
+
+#include "compiler/field.h"
+#include "compiler/param.h"
+#include "runtime/tree.h"
+
+typedef struct Maker {
+    Tree *tree;
+    const Plan *plan;
+    const double *values;
+    TreeMovers *movers; // of each slot
+} Maker;
+
+static void join_slots(Maker *m, TreeMovers *movers, Slot slot, uint32_t count)
+{
+    for (uint32_t k = 0; k < count; k++) *movers = tree_join_movers(m->tree, *movers, m->movers[slot + k]);
+}
+
+enum { QUADRIC_SLOTS = 10, MATRIX_SLOTS = 12 };
+
+// The slots that a field program names, as field.h says. Returns the index behind it.
+static uint32_t join_field(Maker *m, TreeMovers *movers, uint32_t at)
+{
+    const uint32_t *words = m->plan->operands;
+    uint32_t end = at + 1 + words[at];
+    for (at++; at < end;) {
+        switch ((FieldOp)words[at++]) {
+        case FIELD_QUADRIC: join_slots(m, movers, words[at++], QUADRIC_SLOTS); break;
+        case FIELD_ENTER: join_slots(m, movers, words[at++], MATRIX_SLOTS); break;
+        case FIELD_SHOW: join_slots(m, movers, words[at++], 1); break;
+        case FIELD_CUBE:
+            join_slots(m, movers, words[at++], 1);
+            join_slots(m, movers, words[at++], 1);
+            break;
+        default: break;
+        }
+    }
+    return end;
+}
+
+static TreeMovers step_movers(Maker *m, const PlanStep *step)
+{
+    const uint32_t *operands = m->plan->operands;
+    TreeMovers movers = NULL;
+    uint32_t at = step->first, end = step->first + step->count,
+             wide = 0; // wide: operands of several slots that come next
+    if (step->kind == STEP_PLACE || step->kind == STEP_HEIGHT) at = join_field(m, &movers, at);
+    if (step->kind == STEP_HEIGHT) at = join_field(m, &movers, at);
+    if (step->kind == STEP_QUADRIC) join_slots(m, &movers, operands[at++], QUADRIC_SLOTS);
+    if (step->kind == STEP_QUADRIC || step->kind == STEP_HEIGHT) wide = 1;
+    if (step->kind == STEP_MATRIX) wide = step->op == OP_COMPOSE ? 2 : step->op == OP_INVERSE;
+    while (wide--) join_slots(m, &movers, operands[at++], MATRIX_SLOTS);
+    while (at < end) join_slots(m, &movers, operands[at++], 1);
+    return movers;
+}
+
+static void find_movers(Maker *m)
+{
+    const Plan *plan = m->plan;
+    m->movers[plan->time] = tree_mover(m->tree, 0);
+    m->movers[plan->frame] = tree_mover(m->tree, 1);
+    for (uint32_t k = 0; k < plan->param_count; k++) {
+        const IrParam *param = &plan->params[k];
+        for (int i = 0; !param->structure && i < param_size(param->type); i++)
+            m->movers[plan->inputs + param->slot + (uint32_t)i] = tree_mover(m->tree, 2 + k);
+    }
+    for (uint32_t i = 0; i < plan->step_count; i++) {
+        const PlanStep *step = &plan->steps[i];
+        if (step->kind == STEP_ASSERT) continue;
+        TreeMovers movers = step_movers(m, step);
+        for (uint32_t k = 0; k < plan_step_width(step); k++) m->movers[step->result + k] = movers;
+    }
+}
+
+static void take_movers(Maker *m, TreeNode *node, Slot slot, uint32_t count)
+{
+    join_slots(m, &node->movers, slot, count);
+    node->rate = node->movers ? RATE_FRAME : RATE_CONST;
+}
+
+static TreeNode *make_group(Maker *m, uint32_t index);
+
+static void add_supports(Maker *m, TreeNode *node, const PlanLeaf *leaf)
+{
+    Bounds adds = {{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
+    node->kind = TREE_FREEFORM;
+    node->class = CLASS_FREEFORM;
+    node->plain = false;
+    node->supports = leaf->count;
+    for (uint32_t k = leaf->begin; k < leaf->begin + leaf->count; k++) {
+        const PlanPerturbation *p = &m->plan->perturbations[k];
+        Bounds support = bounds_of_quadric(m->values + p->quadric);
+        if (m->values[p->strength] > 0) adds = tree_hull(adds, &support);
+        take_movers(m, node, p->quadric, QUADRIC_SLOTS);
+        take_movers(m, node, p->strength, 1);
+    }
+    node->inside = tree_hull(node->inside, &adds);
+    node->cost = tree_crossed(m->tree, &node->inside);
+    for (uint32_t k = leaf->begin; k < leaf->begin + leaf->count; k++) {
+        Bounds support = bounds_of_quadric(m->values + m->plan->perturbations[k].quadric);
+        support = tree_meeting(support, &node->inside);
+        node->cost += tree_crossed(m->tree, &support);
+    }
+}
+
+static TreeNode *make_leaf(Maker *m, const PlanLeaf *leaf)
+{
+    if (leaf->kind == LEAF_GROUP) return make_group(m, leaf->begin);
+    TreeNode *node = tree_quadric(m->tree, m->values + leaf->quadric);
+    take_movers(m, node, leaf->quadric, QUADRIC_SLOTS);
+    if (leaf->kind == LEAF_FREEFORM) add_supports(m, node, leaf);
+    if (leaf->shown != NO_SLOT) {
+        node->conditional = m->movers[leaf->shown] != NULL;
+        take_movers(m, node, leaf->shown, 1);
+        if (m->values[leaf->shown] == 0) {
+            node->hidden = true;
+            node->plain = false;
+            node->cost = 0;
+            node->inside = (Bounds){{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
+        }
+    }
+    node->material = tree_material(m->tree, arena_printf(m->tree->arena, "material %u", leaf->material));
+    return node;
+}
+
+static void add(Maker *m, TreeNode *set, TreeNode *part)
+{
+    set->movers = tree_join_movers(m->tree, set->movers, part->movers);
+    set->rate = set->movers ? RATE_FRAME : RATE_CONST;
+    tree_add(m->tree, set, part, false);
+}
+
+static TreeNode *make_shape(Maker *m, const PlanShape *shape, uint32_t leaf_begin, uint32_t *next)
+{
+    const PlanShapeNode *node = &shape->nodes[(*next)++];
+    if (node->kind != SHAPE_UNION && node->kind != SHAPE_INTERSECT)
+        return make_leaf(m, &m->plan->leaves[leaf_begin + node->leaf]);
+    TreeNode *set = tree_node(m->tree, node->kind == SHAPE_UNION ? TREE_UNION : TREE_INTERSECTION);
+    for (uint32_t k = 0; k < node->count; k++) add(m, set, make_shape(m, shape, leaf_begin, next));
+    tree_finish(m->tree, set);
+    return set;
+}
+
+static TreeNode *make_component(Maker *m, const PlanComponent *component)
+{
+    uint32_t next = 0;
+    return make_shape(m, &m->plan->shapes[component->shape], component->leaf_begin, &next);
+}
+
+// The first leaf of a component that is no group, which says where the scene has it and whose it is.
+static const PlanLeaf *first_leaf(const Plan *plan, const PlanComponent *component)
+{
+    const PlanLeaf *leaf = &plan->leaves[component->leaf_begin];
+    while (leaf->kind == LEAF_GROUP) {
+        const PlanGroup *group = &plan->groups[leaf->begin];
+        if (!group->component_count) break;
+        leaf = &plan->leaves[plan->components[group->component_begin].leaf_begin];
+    }
+    return leaf;
+}
+
+typedef struct Part {
+    const PlanComponent *component;
+    uint32_t object, order;
+} Part;
+
+static int by_order(const void *a, const void *b)
+{
+    const Part *x = a, *y = b;
+    return (x->order > y->order) - (x->order < y->order);
+}
+
+static TreeNode *make_group(Maker *m, uint32_t index)
+{
+    const PlanGroup *group = &m->plan->groups[index];
+    bool united = m->plan->group_types[group->type].set == SET_UNION;
+    TreeNode *set = tree_node(m->tree, united ? TREE_UNION : TREE_INTERSECTION);
+    for (uint32_t k = 0; k < group->component_count; k++)
+        add(m, set, make_component(m, &m->plan->components[group->component_begin + k]));
+    tree_finish(m->tree, set);
+    return set;
+}
+
+// All parts of one object, from `i` on, under its name.
+static TreeNode *make_object(Maker *m, const Part *parts, uint32_t count, uint32_t *i)
+{
+    uint32_t object = parts[*i].object;
+    if (!object || !m->plan->objects[object].name[0]) return make_component(m, parts[(*i)++].component);
+    TreeNode *set = tree_node(m->tree, TREE_UNION);
+    for (; *i < count && parts[*i].object == object; (*i)++) add(m, set, make_component(m, parts[*i].component));
+    tree_finish(m->tree, set);
+    set->name = m->plan->objects[object].name;
+    return set;
+}
+
+static TreeNode *make_scene(Maker *m)
+{
+    const PlanGroup *group = &m->plan->groups[0];
+    Part *parts = arena_array(m->tree->arena, Part, group->component_count);
+    for (uint32_t k = 0; k < group->component_count; k++) {
+        const PlanComponent *component = &m->plan->components[group->component_begin + k];
+        const PlanLeaf *leaf = first_leaf(m->plan, component);
+        bool known = leaf->kind != LEAF_GROUP;
+        parts[k] = (Part){component, known ? leaf->object : 0, known ? leaf->order : 0};
+    }
+    if (group->component_count) qsort(parts, group->component_count, sizeof *parts, by_order);
+    TreeNode *scene = tree_node(m->tree, TREE_UNION);
+    for (uint32_t i = 0; i < group->component_count;) add(m, scene, make_object(m, parts, group->component_count, &i));
+    tree_finish(m->tree, scene);
+    return scene;
+}
+
+Tree *tree_of_plan(Arena *arena, const Plan *plan, const TreeMoment *moment)
+{
+    Arena scratch = {0};
+    Maker m = {.tree = tree_new(arena, plan, moment->values), .plan = plan, .values = moment->values};
+    m.movers = arena_array(&scratch, TreeMovers, plan->slot_count);
+    find_movers(&m);
+    m.tree->root = make_scene(&m);
+    arena_release(&scratch);
+    return m.tree;
+}
