@@ -45,12 +45,49 @@ static int list_parameter(const Callable *callee, bool last)
     return found;
 }
 
-// The parameter of the argument at a position, or -1. The first list parameter takes all that remain.
-static int parameter_at(const Callable *callee, uint32_t position)
+static bool is_needed(const Parameter *p)
+{
+    return !p->optional && !p->default_text && !(p->node && p->node->b);
+}
+
+static bool is_named(const Calling *k, Name name)
+{
+    for (uint32_t i = k->positional; i < k->count; i++) {
+        if (k->arguments[i].name == name) return true;
+    }
+    const Node *block = k->node->c && k->node->c->kind == NODE_BLOCK ? k->node->c->a : NULL;
+    for (const Node *item = block; item; item = item->next) {
+        if (item->kind == NODE_ENTRY && item->a->kind == NODE_NAME && item->a->name == name) return true;
+    }
+    return false;
+}
+
+// How many of the positional arguments are of needed parameters behind a loose list: in spline(p, q, r, t) the last.
+static uint32_t kept_behind(const Calling *k, const Callable *callee, uint32_t list)
+{
+    uint32_t kept = 0;
+    for (uint32_t i = list + 1; i < callee->count; i++) {
+        const Parameter *p = &callee->parameters[i];
+        kept += is_needed(p) && !p->type.list && !is_named(k, p->name);
+    }
+    uint32_t rest = k->positional > list ? k->positional - list - 1 : 0; // the list has one at least
+    return kept < rest ? kept : rest;
+}
+
+// The parameter of the argument at a position, or -1. The first list parameter takes all that remain, but for those
+// of needed parameters behind it.
+static int parameter_at(const Calling *k, const Callable *callee, uint32_t position)
 {
     int list = list_parameter(callee, false);
-    if (list >= 0 && position >= (uint32_t)list) return list;
-    return position < callee->count ? (int)position : -1;
+    if (list < 0 || position < (uint32_t)list) return position < callee->count ? (int)position : -1;
+    uint32_t kept = kept_behind(k, callee, (uint32_t)list), behind = k->positional - position;
+    if (behind > kept) return list;
+    for (uint32_t i = callee->count; i-- > (uint32_t)list + 1;) { // from the last on
+        const Parameter *p = &callee->parameters[i];
+        bool takes = is_needed(p) && !p->type.list && !is_named(k, p->name);
+        if (takes && --behind == 0) return (int)i;
+    }
+    return list;
 }
 
 static int parameter_named(const Callable *callee, Name name)
@@ -72,7 +109,7 @@ static bool parameter_takes(const Parameter *p, Type have)
     case GENERIC_NUMBER: return have.kind == TYPE_INT || have.kind == TYPE_NUMBER || have.kind == TYPE_ANY;
     case GENERIC_RANGE: return have.kind == TYPE_RANGE;
     case GENERIC_VECTOR: return have.kind == TYPE_VEC2 || have.kind == TYPE_VEC3;
-    case GENERIC_NUMERIC: return type_is_numeric(have);
+    case GENERIC_NUMERIC: have.list = 0; return type_is_numeric(have);
     default:
         return have.kind == TYPE_QUADRIC || have.kind == TYPE_OBJECT || have.kind == TYPE_PATCH ||
                have.kind == TYPE_PERTURBATION;
@@ -90,7 +127,7 @@ static int suits(const Calling *k, const Callable *callee)
     bool all = true;
     for (uint32_t i = 0; i < k->count; i++) {
         const Argument *a = &k->arguments[i];
-        int at = a->name ? parameter_named(callee, a->name) : parameter_at(callee, i);
+        int at = a->name ? parameter_named(callee, a->name) : parameter_at(k, callee, i);
         bool takes = at >= 0 && parameter_takes(&callee->parameters[at], a->type);
         if (at >= 0 && at < 64) given |= UINT64_C(1) << at;
         bool near = at >= 0 && (a->name || (type_is_vector(a->type) && type_is_vector(callee->parameters[at].type)));
@@ -111,8 +148,7 @@ static int suits(const Calling *k, const Callable *callee)
     if (values && list >= 0) given |= UINT64_C(1) << list;
     for (uint32_t i = 0; i < callee->count && i < 64; i++) {
         const Parameter *p = &callee->parameters[i];
-        bool needed = !p->optional && !p->default_text && !(p->node && p->node->b) && !p->type.list;
-        if (needed && !(given >> i & 1)) all = false;
+        if (is_needed(p) && !p->type.list && !(given >> i & 1)) all = false;
     }
     return all ? -1 : taken;
 }
@@ -292,9 +328,8 @@ static bool bind_one(Calling *k, int at, Node *node, Span span, bool entry)
     return true;
 }
 
-static void bind_loose(Calling *k, int at, uint32_t position)
+static void bind_loose(Calling *k, int at, uint32_t position, uint32_t count)
 {
-    uint32_t count = k->positional - position;
     if (count == 1 && k->arguments[position].type.list >= k->callee->parameters[at].type.list) { // the list itself
         if (bind_one(k, at, k->arguments[position].node, k->arguments[position].span, false)) {
             check_argument(k, at, k->arguments[position].node, k->arguments[position].type);
@@ -314,7 +349,7 @@ static void bind_positional(Calling *k)
 {
     for (uint32_t i = 0; i < k->positional; i++) {
         const Argument *a = &k->arguments[i];
-        int at = parameter_at(k->callee, i);
+        int at = parameter_at(k, k->callee, i);
         if (at < 0) {
             k->bad = true;
             uint32_t count = k->callee->count;
@@ -323,8 +358,10 @@ static void bind_positional(Calling *k)
             return;
         }
         if (k->callee->parameters[at].type.list) {
-            bind_loose(k, at, i);
-            return;
+            uint32_t count = k->positional - i - kept_behind(k, k->callee, (uint32_t)at);
+            bind_loose(k, at, i, count);
+            i += count - 1;
+            continue;
         }
         if (bind_one(k, at, a->node, a->span, false)) check_argument(k, at, a->node, a->type);
     }
@@ -430,8 +467,7 @@ static void check_missing(Calling *k)
     const char *all = NULL;
     for (uint32_t i = 0; i < k->callee->count; i++) {
         const Parameter *p = &k->callee->parameters[i];
-        if (k->call->bound[i].how != BOUND_DEFAULT || p->optional || p->default_text || (p->node && p->node->b))
-            continue;
+        if (k->call->bound[i].how != BOUND_DEFAULT || !is_needed(p)) continue;
         all = all ? arena_printf(&k->c->scratch, "%s, %s", all, p->name) : p->name;
     }
     if (!all) return;
@@ -513,7 +549,9 @@ static Type result_of(const Calling *k)
     }
     case BUILTIN_LENGTH:
     case BUILTIN_DISTANCE: return type_number(common.angle, common.time);
-    case BUILTIN_NORMALIZE: return type_of((TypeKind)common.kind);
+    case BUILTIN_NORMALIZE:
+    case BUILTIN_HEADING: return type_of((TypeKind)common.kind);
+    case BUILTIN_RANDOM: return type_number(common.angle, common.time);
     case BUILTIN_DOT:
     case BUILTIN_CROSS: {
         Type a = k->arguments[0].type, b = k->count > 1 ? k->arguments[1].type : a;
@@ -523,6 +561,8 @@ static Type result_of(const Calling *k)
     }
     case BUILTIN_STEPS: return type_list(type_number(common.angle, common.time));
     case BUILTIN_MIX:
+    case BUILTIN_SPLINE:
+        common.zero = false;
         if (common.kind == TYPE_INT) common.kind = TYPE_NUMBER;
         return common;
     default: break;

@@ -42,8 +42,8 @@ static bool test_rates(Eval *e, const Node *node, const Call *call, const Value 
         if (patch_takes_points(call->callee->id, i)) continue;
         const Node *at = bound_node(call, i, node);
         const char *name = call->callee->parameters[i].name;
-        if (call->callee->id == BUILTIN_MATERIAL || call->callee->id == BUILTIN_BACKGROUND ||
-            call->callee->id == BUILTIN_PAINT_COLOR) {
+        if (call->callee->id == BUILTIN_MORPH || call->callee->id == BUILTIN_MATERIAL ||
+            call->callee->id == BUILTIN_BACKGROUND || call->callee->id == BUILTIN_PAINT_COLOR) {
             complain(e, at, DIAG_NOT_YET,
                      "a %s that differs from point to point is not there yet in this version of scn", name);
         } else {
@@ -459,6 +459,7 @@ Value eval_builtin(Eval *e, const Node *node, const Call *call, const Value *rec
     }
     switch (callee->id) {
     case BUILTIN_QUADRIC: return eval_quadric(e, node, args);
+    case BUILTIN_MORPH: return eval_morph(e, node, call, args);
     case BUILTIN_PERTURB: return eval_perturb(e, node, call, args);
     case BUILTIN_CAMERA: return eval_camera(e, node, call, args);
     case BUILTIN_LIGHT: return eval_light(e, node, call, args);

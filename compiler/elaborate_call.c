@@ -17,8 +17,7 @@ const Node *bound_node(const Call *call, uint32_t at, const Node *call_node)
     }
 }
 
-// A default of a built-in is text of the table; it is read as a param's value is.
-static Value parse_default(Eval *e, const Parameter *p)
+static ParamType param_type_of(Type type)
 {
     static const struct {
         TypeKind kind;
@@ -27,21 +26,36 @@ static Value parse_default(Eval *e, const Parameter *p)
         {TYPE_BOOL, PARAM_BOOL}, {TYPE_INT, PARAM_INT},   {TYPE_STRING, PARAM_STRING}, {TYPE_NUMBER, PARAM_SCALAR},
         {TYPE_VEC2, PARAM_VEC2}, {TYPE_VEC3, PARAM_VEC3}, {TYPE_COLOR, PARAM_COLOR},
     };
-    ParamType type = PARAM_SCALAR;
+    if (type.angle) return PARAM_ANGLE;
+    if (type.time) return PARAM_TIME;
     for (size_t i = 0; i < sizeof types / sizeof *types; i++) {
-        if (types[i].kind == (TypeKind)p->type.kind) type = types[i].type;
+        if (types[i].kind == (TypeKind)type.kind) return types[i].type;
     }
-    if (p->type.angle) type = PARAM_ANGLE;
-    if (p->type.time) type = PARAM_TIME;
-    ParamValue parsed;
-    const char *wrong = param_parse_type(&e->unit->arena, type, p->default_text, &parsed);
-    assert(!wrong && "the defaults of the table are values");
+    return PARAM_SCALAR;
+}
+
+// A default of a built-in is text of the table; it is read as a param's value is, a range as two of them.
+static Value parse_default(Eval *e, const Parameter *p)
+{
+    Arena *arena = &e->unit->arena;
+    ParamType type = param_type_of(p->type);
+    bool range = p->type.kind == TYPE_RANGE;
+    const char *dots = range ? strstr(p->default_text, " .. ") : NULL;
+    ParamValue parsed, end;
+    const char *low = dots ? arena_text(arena, p->default_text, (size_t)(dots - p->default_text)) : p->default_text;
+    const char *wrong = param_parse_type(arena, type, low, &parsed);
+    if (!wrong && dots) wrong = param_parse_type(arena, type, dots + strlen(" .. "), &end);
+    assert(!wrong && range == (dots != NULL) && "the defaults of the table are values");
     (void)wrong;
     if (type == PARAM_STRING) return value_string(parsed.text);
     Scalar parts[3];
     int size = param_size(type);
     for (int k = 0; k < size; k++) parts[k] = scalar_of(parsed.number[k]);
-    return size == 1 ? value_scalar(p->type, parts[0]) : value_vector(&e->unit->arena, p->type, parts, size);
+    if (dots) {
+        parts[1] = scalar_of(end.number[0]);
+        size = 2;
+    }
+    return size == 1 ? value_scalar(p->type, parts[0]) : value_vector(arena, p->type, parts, size);
 }
 
 Value builtin_default(Eval *e, const Parameter *p)

@@ -61,6 +61,11 @@ Scalar scalar_select(Eval *e, const Node *at, Scalar condition, Scalar a, Scalar
     return scalar_node(e, ir_op3(e->ir, OP_SELECT, span_of(e, at), condition.id, scalar_id(e, a), scalar_id(e, b)));
 }
 
+Scalar unit_interval(Eval *e, const Node *at, Scalar s)
+{
+    return scalar_op2(e, OP_MIN, at, scalar_op2(e, OP_MAX, at, s, scalar_of(0)), scalar_of(1));
+}
+
 // --- leaves
 
 static Value eval_number(const Eval *e, const Node *node)

@@ -77,16 +77,11 @@ static Scalar folded_driver(Eval *e, const Keys *k, Scalar driver, const char *a
 
 // --- the values
 
-static Scalar unit(Eval *e, const Node *at, Scalar t)
-{
-    return scalar_op2(e, OP_MIN, at, scalar_op2(e, OP_MAX, at, t, scalar_of(0)), scalar_of(1));
-}
-
 static Scalar eased(Eval *e, const Keys *k, const Node *item, const Key *key)
 {
     Scalar way = scalar_op2(e, OP_SUB, item->a, key->at, key[-1].at);
     Scalar gone = scalar_op2(e, OP_SUB, item->a, k->driver, key[-1].at);
-    Scalar t = unit(e, item->a, scalar_op2(e, OP_DIV, item->a, gone, way));
+    Scalar t = unit_interval(e, item->a, scalar_op2(e, OP_DIV, item->a, gone, way));
     if (!item->note) return t;
     Value fraction = value_scalar(type_number(0, 0), t);
     Value value = eval_call(e, item->note, &fraction);
@@ -160,6 +155,28 @@ static Value keyed_material(Eval *e, const Keys *k)
     return value_node(TYPE_MATERIAL, ir_node(e->ir, OP_MATERIAL, span_of(e, k->node), ids, PARTS));
 }
 
+// A union of morphs, of which one is shown. The first and the last hold outside, since their weights do.
+static Value keyed_object(Eval *e, const Keys *k)
+{
+    const Node *at = k->node;
+    if (k->count == 1) return k->keys[0].value;
+    IrId *ids = arena_array(&e->scratch, IrId, k->count);
+    uint32_t count = 0;
+    for (uint32_t i = 1; i < k->count; i++) {
+        Scalar shown = i + 1 < k->count ? scalar_op2(e, OP_LT, at, k->driver, k->keys[i].at) : scalar_of(1);
+        if (i > 1) {
+            Scalar begun = scalar_op2(e, OP_LE, at, k->keys[i - 1].at, k->driver);
+            shown = scalar_op2(e, OP_AND, at, begun, shown);
+        }
+        if (!shown.id && shown.number == 0) continue;
+        Scalar t = unit_interval(e, k->keys[i].node, k->keys[i].eased);
+        IrId id = morph_objects(e, k->keys[i].node, k->keys[i - 1].value.id, k->keys[i].value.id, t);
+        if (!id) return value_bad();
+        ids[count++] = shown.id ? ir_op2(e->ir, OP_SHOW, span_of(e, at), id, shown.id) : id;
+    }
+    return join_sets(e, at, OP_UNION, ids, count);
+}
+
 static Value held_string(Eval *e, const Keys *k)
 {
     double driver, at;
@@ -190,5 +207,6 @@ Value eval_keys(Eval *e, const Node *node, const Call *call, const Value *args)
     if (k.bad || e->stop) return value_bad();
     if (type_is(call->result, TYPE_STRING)) return held_string(e, &k);
     if (type_is(call->result, TYPE_MATERIAL)) return keyed_material(e, &k);
+    if (type_is(call->result, TYPE_OBJECT)) return keyed_object(e, &k);
     return keyed_numbers(e, &k);
 }

@@ -293,6 +293,12 @@ Value eval_function(Eval *e, const Node *node, const Call *call, const Value *ar
     case BUILTIN_KELVIN: return kelvin(m, args[0].scalar);
     case BUILTIN_COUNT: return value_int(args[0].list.count);
     case BUILTIN_STEPS: return steps(m, call, args);
+    case BUILTIN_SPLINE: return eval_spline(e, node, call, args);
+    case BUILTIN_HEADING: return eval_heading(e, node, call, args);
+    case BUILTIN_RANDOM: return eval_random(e, node, call, args);
+    case BUILTIN_NOISE:
+    case BUILTIN_CELLS: return eval_noise(e, node, call, args);
+    case BUILTIN_FBM: return eval_fbm(e, node, call, args);
     default:
         assert(call->callee->id == BUILTIN_TEXT && "check() reports what is not there yet");
         return text(m, call, args);

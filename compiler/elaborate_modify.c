@@ -89,6 +89,32 @@ static IrId map_matrix(Eval *e, const Node *node, const Call *call, const Value 
     return ir_node(e->ir, OP_MATRIX, span_of(e, node), ids, NUMBERS);
 }
 
+// X − 2 (n · (X − at)) n
+static IrId map_mirror(Eval *e, const Node *node, const Call *call, const Value *args)
+{
+    enum { NORMAL = 1, AT };
+    const Scalar *normal = args[NORMAL].vector, *at = args[AT].vector;
+    if (is_zero(normal[0]) && is_zero(normal[1]) && is_zero(normal[2])) {
+        complain(e, bound_node(call, NORMAL, node), DIAG_OUT_OF_RANGE, "a normal has a direction: write (1, 0, 0)");
+        return 0;
+    }
+    Scalar square = scalar_of(0), height = scalar_of(0);
+    for (int k = 0; k < 3; k++) {
+        square = scalar_op2(e, OP_ADD, node, square, scalar_op2(e, OP_MUL, node, normal[k], normal[k]));
+        height = scalar_op2(e, OP_ADD, node, height, scalar_op2(e, OP_MUL, node, normal[k], at[k]));
+    }
+    IrId ids[12];
+    for (int i = 0; i < 3; i++) {
+        Scalar twice = scalar_op2(e, OP_DIV, node, scalar_op2(e, OP_MUL, node, scalar_of(2), normal[i]), square);
+        for (int j = 0; j < 3; j++) {
+            Scalar part = scalar_op2(e, OP_MUL, node, twice, normal[j]);
+            ids[4 * i + j] = scalar_id(e, scalar_op2(e, OP_SUB, node, scalar_of(i == j), part));
+        }
+        ids[4 * i + 3] = scalar_id(e, scalar_op2(e, OP_MUL, node, twice, height));
+    }
+    return ir_node(e->ir, OP_MATRIX, span_of(e, node), ids, 12);
+}
+
 IrId transform_parts(Eval *e, const Node *at, IrOp op, IrId part, IrId matrix)
 {
     return ir_op2(e->ir, op, span_of(e, at), part, matrix);
@@ -136,6 +162,70 @@ static Value eval_show(Eval *e, const Node *node, const Value *of, Scalar when)
     return value_node(TYPE_OBJECT, ir_op2(e->ir, OP_SHOW, span_of(e, node), of->id, scalar_id(e, when)));
 }
 
+// --- copies: the branch is there once, under a map for each
+
+static bool copy_count(Eval *e, const Node *node, const Call *call, uint32_t at, const Value *count, double *copies)
+{
+    const Node *where = bound_node(call, at, node);
+    if (!want_const(e, where, count->scalar, "the number of copies", copies)) return false;
+    if (*copies >= 0 && *copies <= ITEMS_MAX) return true;
+    complain(e, where, DIAG_OUT_OF_RANGE, "there are from 0 to %d copies", ITEMS_MAX);
+    return false;
+}
+
+typedef IrId CopyMap(Eval *e, const Node *node, const Value *way, double i, double copies);
+
+static IrId step_map(Eval *e, const Node *node, const Value *step, double i, double copies)
+{
+    IrId by[3];
+    for (int k = 0; k < 3; k++) by[k] = scalar_id(e, scalar_op2(e, OP_MUL, node, step->vector[k], scalar_of(i)));
+    return ir_move(e->ir, span_of(e, node), by);
+}
+
+static IrId turn_map(Eval *e, const Node *node, const Value *axis, double i, double copies)
+{
+    IrId ids[3];
+    vector_ids(e, axis, ids);
+    return ir_rotate_axis(e->ir, span_of(e, node), ids, ir_const(e->ir, 2 * M_PI * i / copies), NULL);
+}
+
+static Value eval_copies(Eval *e, const Node *node, const Value *of, const Value *way, double copies, CopyMap *map)
+{
+    IrId *ids = arena_array(&e->scratch, IrId, (size_t)copies);
+    uint32_t count = 0;
+    for (double i = 0; i < copies; i++) {
+        if (!count_item(e, node)) return value_bad();
+        ids[count++] = i == 0 ? of->id : transform_parts(e, node, OP_TRANSFORM, of->id, map(e, node, way, i, copies));
+    }
+    return join_sets(e, node, OP_UNION, ids, count);
+}
+
+static Value eval_repeat(Eval *e, const Node *node, const Call *call, const Value *args)
+{
+    enum { STEP = 1, COUNT };
+    double copies;
+    if (call->bound[COUNT].how == BOUND_DEFAULT) {
+        complain(e, node, DIAG_NOT_YET,
+                 "repeat without an end is not there yet in this version of scn: say how often, count: 10");
+        return value_bad();
+    }
+    if (!copy_count(e, node, call, COUNT, &args[COUNT], &copies)) return value_bad();
+    return eval_copies(e, node, &args[0], &args[STEP], copies, step_map);
+}
+
+static Value eval_around(Eval *e, const Node *node, const Call *call, const Value *args)
+{
+    enum { COUNT = 1, AXIS };
+    double copies;
+    if (!copy_count(e, node, call, COUNT, &args[COUNT], &copies)) return value_bad();
+    const Scalar *axis = args[AXIS].vector;
+    if (is_zero(axis[0]) && is_zero(axis[1]) && is_zero(axis[2])) {
+        complain(e, bound_node(call, AXIS, node), DIAG_OUT_OF_RANGE, "an axis has a direction: write (0, 0, 1)");
+        return value_bad();
+    }
+    return eval_copies(e, node, &args[0], &args[AXIS], copies, turn_map);
+}
+
 Value eval_modifier(Eval *e, const Node *node, const Call *call, const Value *args)
 {
     IrId matrix;
@@ -147,6 +237,9 @@ Value eval_modifier(Eval *e, const Node *node, const Call *call, const Value *ar
     case BUILTIN_SCALE: matrix = map_scale(e, node, call, args); break;
     case BUILTIN_SHEAR: matrix = map_shear(e, node, args); break;
     case BUILTIN_MATRIX: matrix = map_matrix(e, node, call, args); break;
+    case BUILTIN_MIRROR: matrix = map_mirror(e, node, call, args); break;
+    case BUILTIN_REPEAT: return eval_repeat(e, node, call, args);
+    case BUILTIN_AROUND: return eval_around(e, node, call, args);
     case BUILTIN_PAINT: return eval_paint(e, node, &args[0], args[1].id);
     case BUILTIN_PAINT_COLOR: return eval_paint(e, node, &args[0], material_of(e, node, &args[1]));
     case BUILTIN_NAMED: {

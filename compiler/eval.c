@@ -3,6 +3,8 @@
 #include <math.h>
 #include <string.h>
 
+#include "compiler/noise.h"
+
 bool eval_knows(IrOp op)
 {
     return op >= OP_ADD && op <= OP_SELECT;
@@ -35,7 +37,7 @@ static double truth(bool b)
 double eval_scalar(IrOp op, const double *args)
 {
     double a = args[0];
-    double b = ir_ops[op].operands > 1 ? args[1] : 0;
+    double b = ir_ops[op].operands > 1 ? args[1] : 0, c = ir_ops[op].operands > 2 ? args[2] : 0;
     if (is_lazy(op)) {
         if (!isfinite(a)) return NAN;
         if (op == OP_SELECT) return a != 0 ? b : args[2];
@@ -43,7 +45,7 @@ double eval_scalar(IrOp op, const double *args)
         if (op == OP_OR && a != 0) return 1;
         return isfinite(b) ? truth(b != 0) : NAN;
     }
-    if (!isfinite(a) || !isfinite(b)) return NAN;
+    if (!isfinite(a) || !isfinite(b) || !isfinite(c)) return NAN;
     switch (op) {
     case OP_ADD: return a + b;
     case OP_SUB: return a - b;
@@ -69,6 +71,9 @@ double eval_scalar(IrOp op, const double *args)
     case OP_FLOOR: return floor(a);
     case OP_CEIL: return ceil(a);
     case OP_ROUND: return round(a);
+    case OP_HASH: return noise_hash(a, b);
+    case OP_NOISE: return noise_gradient(a, b, c);
+    case OP_CELLS: return noise_cells(a, b, c);
     case OP_LT: return truth(a < b);
     case OP_LE: return truth(a <= b);
     case OP_EQ: return truth(a == b);
@@ -91,6 +96,7 @@ const char *eval_complaint(IrOp op, const double *args)
         if (args[0] == 0) return "zero to a negative power";
         return args[0] < 0 && args[1] != floor(args[1]) ? "a negative number to a power that is not whole"
                                                         : "the power is too large";
+    case OP_HASH: return "a key of random is beyond 9007199254740992";
     case OP_PLACE: return "tool-misses: there is no surface along the gradient";
     case OP_SURFACE: return "tool-misses: the ray meets no surface in this frame";
     case OP_STAND: return "the tool has no place: its normal is zero";

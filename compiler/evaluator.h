@@ -6,11 +6,13 @@
 //   elaborate_call.c      arguments, and calls of fn, tag and tool
 //   elaborate_cases.c     match, and the cases of keys
 //   elaborate_keys.c      keys: a value that goes through others as a driver grows
+//   elaborate_morph.c     morphs of objects
 //   elaborate_built.c     calls of what is built in: sets, perturbations, things
 //   elaborate_modify.c    modifiers
 //   elaborate_patch.c     patches and their parts
 //   elaborate_answer.c    answers about objects: places on surfaces
 //   elaborate_math.c      functions of numbers, vectors, colors
+//   elaborate_curves.c    splines, random numbers, noise
 //   elaborate_report.c    where and why: the chain of calls, the chain of rates
 #ifndef SCN_COMPILER_EVALUATOR_H
 #define SCN_COMPILER_EVALUATOR_H
@@ -49,6 +51,8 @@ typedef struct Print { // a line of `print`, sorted by the file's item that made
     const char *text;
 } Print;
 
+typedef struct MorphSize MorphSize;
+
 typedef struct Eval {
     Unit *unit;
     Program *program;
@@ -76,6 +80,8 @@ typedef struct Eval {
     uint32_t assert_capacity;
     bool *asserted; // by node: this condition is tested already
     uint32_t asserted_capacity;
+    MorphSize *morph_sizes; // by node (elaborate_morph.c)
+    uint32_t morph_size_count, morph_size_capacity;
 } Eval;
 
 typedef struct List {
@@ -94,8 +100,9 @@ Value eval_expr(Eval *e, const Node *node);
 Scalar scalar_op1(Eval *e, IrOp op, const Node *at, Scalar a);
 Scalar scalar_op2(Eval *e, IrOp op, const Node *at, Scalar a, Scalar b);
 Scalar scalar_select(Eval *e, const Node *at, Scalar condition, Scalar a, Scalar b);
-IrId scalar_id(Eval *e, Scalar s);             // the node; makes one of a constant
-Span span_of(const Eval *e, const Node *node); // where the scene says it
+IrId scalar_id(Eval *e, Scalar s);                       // the node; makes one of a constant
+Span span_of(const Eval *e, const Node *node);           // where the scene says it
+Scalar unit_interval(Eval *e, const Node *at, Scalar s); // from 0 to 1: what is beyond is the nearer end
 Value eval_equal(Eval *e, const Node *at, const Value *a, const Value *b);
 Value join_sets(Eval *e, const Node *at, IrOp op, const IrId *ids, uint32_t count);
 
@@ -122,6 +129,17 @@ const Node *bound_node(const Call *call, uint32_t at, const Node *call_node); //
 Value builtin_default(Eval *e, const Parameter *p);
 Value sum_objects(Eval *e, const Node *at, const List *list); // the union
 Value sum_perturbations(Eval *e, const List *list);
+
+// --- elaborate_curves.c
+Value eval_spline(Eval *e, const Node *node, const Call *call, const Value *args);
+Value eval_heading(Eval *e, const Node *node, const Call *call, const Value *args);
+Value eval_random(Eval *e, const Node *node, const Call *call, const Value *args);
+Value eval_noise(Eval *e, const Node *node, const Call *call, const Value *args); // noise, cells
+Value eval_fbm(Eval *e, const Node *node, const Call *call, const Value *args);
+
+// --- elaborate_morph.c
+Value eval_morph(Eval *e, const Node *node, const Call *call, const Value *args);
+IrId morph_objects(Eval *e, const Node *at, IrId a, IrId b, Scalar t); // t from 0 to 1; 0 after a report
 
 // --- elaborate_cases.c, elaborate_keys.c
 Value eval_match(Eval *e, const Node *node, const Call *call, const Value *args);

@@ -58,6 +58,7 @@ static void emit(Builder *b, const uint32_t *words, uint32_t count)
     case FIELD_EMPTY: b->stack++; break;
     case FIELD_MAX:
     case FIELD_MIN:
+    case FIELD_MIX:
     case FIELD_CUBE: b->stack--; break;
     case FIELD_ENTER: b->points++; break;
     case FIELD_LEAVE: b->points--; break;
@@ -134,6 +135,10 @@ static void node(Builder *b, IrId id)
         emit_enter(b, ir_operand(b->ir, id, 1));
         push_op(b, 1, FIELD_LEAVE, 0, 0);
         break;
+    case OP_MORPH:
+        push_op(b, 2, FIELD_MIX, slots->scalar(slots->context, ir_operand(b->ir, id, 2)), 0);
+        push_field(b, ir_operand(b->ir, id, 1));
+        break;
     case OP_PAINT:
     case OP_NAMED: break;
     default: b->ok = false; return; // not a field
@@ -178,6 +183,10 @@ bool field_check(FieldCode code, uint32_t value_count)
         case FIELD_MIN: needs = 2; break;
         case FIELD_NEGATE: break;
         case FIELD_SHOW: operands = 1; break;
+        case FIELD_MIX:
+            operands = 1;
+            needs = 2;
+            break;
         case FIELD_ENTER:
             operands = 1;
             width = 12;
@@ -212,6 +221,18 @@ static void add_cube(FieldValue *top, const FieldValue *q, double strength, doub
     if (!(value > 0)) return;
     top->f += strength * value * value * value;
     for (int k = 0; k < 3; k++) top->gradient[k] += 3 * strength * value * value * q->gradient[k];
+}
+
+// What has no weight is not looked at, since it may be infinite.
+static void mix(FieldValue *two, double t)
+{
+    if (t <= 0) return;
+    if (t >= 1) {
+        two[0] = two[1];
+        return;
+    }
+    two[0].f = (1 - t) * two[0].f + t * two[1].f;
+    for (int k = 0; k < 3; k++) two[0].gradient[k] = (1 - t) * two[0].gradient[k] + t * two[1].gradient[k];
 }
 
 // By the chain rule: the gradient of F(M^-1 X) is M^-T of F's.
@@ -258,6 +279,10 @@ FieldValue field_at(FieldCode code, const double *values, const double point[3])
             break;
         case FIELD_SHOW:
             if (values[*w++] == 0) *top = (FieldValue){.f = -INFINITY};
+            break;
+        case FIELD_MIX:
+            top--;
+            mix(top, values[*w++]);
             break;
         case FIELD_ENTER:
             frame[1].inverse = values + *w++;

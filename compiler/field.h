@@ -15,6 +15,7 @@
 //     FIELD_NEGATE           the top
 //     FIELD_CUBE s c         pop Q; top += s max(Q + c, 0)^3, s and c values
 //     FIELD_SHOW s           the top is -infinity where value s is 0
+//     FIELD_MIX t            pop G; top = (1 - t) top + t G, t a value in 0 … 1; where it is 0 or 1 only the one counts
 //     FIELD_ENTER m          what follows is at M^-1 X, the twelve values at m being M^-1; the outer point is kept
 //     FIELD_LEAVE            back to the outer point; the top's gradient becomes one of that point
 #ifndef SCN_COMPILER_FIELD_H
@@ -34,6 +35,7 @@ typedef enum FieldOp {
     FIELD_NEGATE,
     FIELD_CUBE,
     FIELD_SHOW,
+    FIELD_MIX,
     FIELD_ENTER,
     FIELD_LEAVE
 } FieldOp;

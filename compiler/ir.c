@@ -146,6 +146,13 @@ static IrRate own_rate(IrOp op)
     }
 }
 
+// The greater of both: of quadrics a quadric, of free forms one, of sets one.
+static IrClass morph_class(const Ir *ir, const IrId *operands)
+{
+    IrClass a = ir_at(ir, operands[0])->class, b = ir_at(ir, operands[1])->class;
+    return ir_at(ir, operands[2])->rate == RATE_POINT ? CLASS_GENERAL : a > b ? a : b;
+}
+
 static IrClass class_of(const Ir *ir, IrOp op, const IrId *operands, uint32_t count)
 {
     if (ir_ops[op].result != IR_FIELD) return CLASS_NONE;
@@ -161,6 +168,7 @@ static IrClass class_of(const Ir *ir, IrOp op, const IrId *operands, uint32_t co
     case OP_FREEFORM:
     case OP_DEFORM: return base == CLASS_QUADRIC ? CLASS_FREEFORM : base;
     case OP_SHOW: return base == CLASS_GENERAL ? base : CLASS_SET;
+    case OP_MORPH: return morph_class(ir, operands);
     case OP_UNION:
     case OP_INTERSECT:
         for (uint32_t k = 0; k < count; k++) {
@@ -392,6 +400,8 @@ static IrId fold_field(Ir *ir, IrOp op, Span span, const IrId *operands, uint32_
     bool list = op == OP_UNION || op == OP_INTERSECT || op == OP_FREEFORM || op == OP_DEFORM;
     if (list && count == 1) return operands[0];
     if (op == OP_UNION && count == 0) return append(ir, OP_EMPTY, span, NULL, 0, 0);
+    double t;
+    if (op == OP_MORPH && ir_is_const(ir, operands[2], &t) && (t <= 0 || t >= 1)) return operands[t >= 1];
     return 0;
 }
 

@@ -78,7 +78,7 @@ typedef struct IrNode {
     Span span;      // where the scene says it
     union {
         double number;    // OP_CONST
-        uint32_t index;   // OP_PARAM, OP_CAMERA, OP_LIGHT
+        uint32_t index;   // OP_PARAM, OP_CAMERA, OP_LIGHT, OP_COEFFICIENT
         const char *text; // OP_NAMED, OP_ASSERT, OP_PATCH; outlives the IR
         uint64_t bits;    // all of it, for comparing
     };
@@ -144,9 +144,9 @@ Ir *ir_new(Arena *arena);
 // was is not bad itself, so that one mistake is one message.
 //
 // Lists that say nothing are simplified: UNION of none is EMPTY; UNION, INTERSECT, FREEFORM and DEFORM of one operand
-// are that operand.
+// are that operand. So is MORPH where t is 0 or 1.
 IrId ir_node(Ir *ir, IrOp op, Span span, const IrId *operands, uint32_t count);
-// The same for PARAM, CAMERA and LIGHT, and for NAMED, ASSERT and PATCH.
+// The same for PARAM, CAMERA, LIGHT and COEFFICIENT, and for NAMED, ASSERT and PATCH.
 IrId ir_node_index(Ir *ir, IrOp op, Span span, const IrId *operands, uint32_t count, uint32_t index);
 IrId ir_node_text(Ir *ir, IrOp op, Span span, const IrId *operands, uint32_t count, const char *text);
 

@@ -21,6 +21,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "compiler/leaf.h"
 #include "compiler/pairs.h"
 
 static const char *const param_type_names[] = {"bool", "int",  "string", "scalar", "angle",
@@ -31,7 +32,7 @@ enum { PARAM_TYPE_COUNT = sizeof param_type_names / sizeof *param_type_names };
 
 static bool has_index(IrOp op)
 {
-    return op == OP_PARAM || op == OP_CAMERA || op == OP_LIGHT || op == OP_ENTRY;
+    return op == OP_PARAM || op == OP_CAMERA || op == OP_LIGHT || op == OP_ENTRY || op == OP_COEFFICIENT;
 }
 static bool has_text(IrOp op)
 {
@@ -357,6 +358,10 @@ static bool read_node(Reader *r)
     if (!read_operands(r, op, &count)) return false;
     if (op == OP_PERTURB && ir_at(r->ir, r->operands[0])->class != CLASS_QUADRIC) {
         return fail(r, "the function of a perturbation is to be a quadric");
+    }
+    if (op == OP_COEFFICIENT &&
+        (index > 9 || !leaf_is_base(r->ir, r->operands[0]) || ir_at(r->ir, r->operands[0])->class != CLASS_QUADRIC)) {
+        return fail(r, "coefficients 0 to 9 are of a quadric");
     }
     IrId id;
     if (has_index(op)) {

@@ -80,6 +80,7 @@ static void check_class(Verifier *v, const IrNode *node)
     case OP_INTERSECT:
         check(v, node->class == CLASS_SET || node->class == CLASS_GENERAL, "set operations make sets");
         break;
+    case OP_MORPH: check(v, node->class >= base, "a morph is at least what its operands are"); break;
     default: check(v, node->class == base, "maps and marks keep the class"); break;
     }
 }
@@ -104,6 +105,10 @@ static void check_payload(Verifier *v, const IrNode *node)
     case OP_ENTRY: check(v, node->index < 12, "a map has twelve numbers"); break;
     case OP_CAMERA: check(v, node->index <= 1, "a camera is perspective or orthographic"); break;
     case OP_LIGHT: check(v, node->index <= LIGHT_SPOT, "a light is directional, a point or a spot"); break;
+    case OP_COEFFICIENT:
+        check(v, node->index <= 9 && ir->nodes[ir->operands[node->first]].class == CLASS_QUADRIC,
+              "a quadric has ten coefficients");
+        break;
     case OP_NAMED:
     case OP_ASSERT: check(v, node->text != NULL, "a name and a message have a text"); break;
     case OP_PATCH: check_patch(v, node); break;

@@ -1,5 +1,7 @@
 #include "compiler/leaf.h"
 
+const double leaf_default_material[LEAF_MATERIAL_PARTS] = {0.8, 0.8, 0.8, 0.1, 0.8, 0.2, 30, 0, 0, 1.5, 0};
+
 bool leaf_is_base(const Ir *ir, IrId id)
 {
     const IrNode *node = ir_at(ir, id);
@@ -130,4 +132,11 @@ IrId leaf_negate(Ir *ir, IrId core)
 IrId leaf_unless_all(Ir *ir, IrId core, IrId condition)
 {
     return changed_core(ir, core, unless_all, perturbation_unless_all, condition);
+}
+
+IrId leaf_mark_all(Ir *ir, IrId core, IrId condition)
+{
+    Span span = ir_at(ir, core)->span;
+    IrId shown = ir_op2(ir, OP_SHOW, span, ir_op1(ir, OP_COMPLEMENT, span, core), condition);
+    return ir_op1(ir, OP_COMPLEMENT, span, shown);
 }

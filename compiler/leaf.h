@@ -17,6 +17,13 @@ IrId leaf_grow_base(Ir *ir, IrId base, IrId grow); // F + grow
 IrId leaf_negate_perturbation(Ir *ir, IrId perturbation);
 IrId leaf_negate(Ir *ir, IrId core);
 
+// COMPLEMENT(SHOW(COMPLEMENT(core), condition)): the core where the condition holds, else all of space.
+IrId leaf_mark_all(Ir *ir, IrId core, IrId condition);
+
+// What nobody painted: the parts of `material()`, as OP_MATERIAL has them.
+enum { LEAF_MATERIAL_PARTS = 11 };
+extern const double leaf_default_material[LEAF_MATERIAL_PARTS];
+
 // The core where the condition holds, else F = 1 everywhere: all of space.
 IrId leaf_unless_all(Ir *ir, IrId core, IrId condition);
 

@@ -7,9 +7,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "compiler/leaf.h"
 #include "compiler/pairs.h"
 
-static const double default_material[11] = {0.8, 0.8, 0.8, 0.1, 0.8, 0.2, 30, 0, 0, 1.5, 0};
 enum { SHININESS = 6 };
 
 typedef struct Waiting { // a group that is to be laid out
@@ -316,7 +316,7 @@ static void make_tables(Lowering *l)
     shapes_finish(shapes, l->arena, l->plan, l->new_shapes, l->new_types);
     l->indices = arena_array(l->scratch, uint32_t, l->ir->count);
     l->lists = pairs_new(l->scratch);
-    material_new(l, values_constants(&l->values, default_material, 11), (int32_t)default_material[SHININESS]);
+    material_new(l, values_constants(&l->values, leaf_default_material, 11), (int32_t)leaf_default_material[SHININESS]);
     name_objects(l);
     uint32_t longest = 0;
     for (uint32_t k = 0; k < l->pieces.block_count; k++) {

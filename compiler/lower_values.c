@@ -171,6 +171,7 @@ static Slot value(Values *v, IrId id)
     case OP_Z:
     case OP_U:
     case OP_V: return v->point + (Slot)(node->op - OP_X);
+    case OP_COEFFICIENT: return values_slot(v, ir_operand(v->ir, id, 0)) + node->index;
     case OP_MATRIX:
     case OP_QUADRIC:
     case OP_MATERIAL:
@@ -241,6 +242,10 @@ static void need_operand(Values *v, IrId operand, bool gathered)
 static void need_operands(Values *v, IrId id)
 {
     const IrNode *node = ir_at(v->ir, id);
+    if (node->op == OP_COEFFICIENT) {
+        v->needs[ir_operand(v->ir, id, 0)] |= NEED_VALUE;
+        return;
+    }
     bool gathered =
         node->op == OP_QUADRIC || node->op == OP_MATRIX || (node->type >= IR_MATERIAL && node->op != OP_ASSERT);
     bool field = v->needs[id] & NEED_FIELD;

@@ -7,6 +7,8 @@
 //   low       where this condition is 0 the leaf is the empty set, F = -infinity (0: no condition).
 //   high      where this one is 0 (and low is not) it is all of space: hiding what is subtracted subtracts nothing.
 //   negative  whether the number of complements above is odd.
+//   morphed   whether a morph is above: to what is all of space something may still be added then, so it is marked as
+//             such and not made a positive constant (pass_morphs.c).
 //
 // Hiding a branch may be done leaf by leaf since min and max are monotone: a tree of which all leaves are empty is
 // empty. With what is above already decided by low and high, a SHOW(s) below an even number of complements makes low
@@ -17,7 +19,7 @@
 
 typedef struct Context {
     IrId paint, name, low, high;
-    bool negative;
+    bool negative, morphed;
 } Context;
 
 typedef struct Attributes {
@@ -29,14 +31,14 @@ static uint32_t number_of(Attributes *a, Context c)
 {
     uint32_t marks = pairs_index(&a->marks, c.paint, c.name, NULL);
     uint32_t shows = pairs_index(&a->shows, c.low, c.high, NULL);
-    return 2 * pairs_index(&a->contexts, marks, shows, NULL) + c.negative;
+    return 4 * pairs_index(&a->contexts, marks, shows, NULL) + 2 * c.morphed + c.negative;
 }
 
 static Context context_of(const Attributes *a, uint32_t number)
 {
-    Pair both = a->contexts.list[number / 2];
+    Pair both = a->contexts.list[number / 4];
     Pair marks = a->marks.list[both.a], shows = a->shows.list[both.b];
-    return (Context){marks.a, marks.b, shows.a, shows.b, number & 1};
+    return (Context){marks.a, marks.b, shows.a, shows.b, number & 1, number >> 1 & 1};
 }
 
 // a ∧ b, where 0 stands for true.
@@ -71,6 +73,7 @@ static uint32_t below(Walk *walk, IrId id, uint32_t k, uint32_t context)
     case OP_NAMED: c.name = c.name ? c.name : id; break;
     case OP_COMPLEMENT: c.negative = !c.negative; break;
     case OP_SHOW: c = shown(walk->ir, id, c); break;
+    case OP_MORPH: c.morphed = true; break;
     case OP_INTERSECT: {
         IrId first = a->first_paints[ir_operand(walk->ir, id, 0)];
         if (k > 0 && ir_at(walk->ir, operand)->op == OP_COMPLEMENT && first) c.paint = first;
@@ -91,7 +94,7 @@ static void down(Walk *walk, IrId id, uint32_t context)
     if (is_leaf(walk->ir, id)) return;
     IrOp op = ir_at(walk->ir, id)->op;
     bool set = op == OP_UNION || op == OP_INTERSECT;
-    uint32_t count = set ? ir_at(walk->ir, id)->count : 1;
+    uint32_t count = set ? ir_at(walk->ir, id)->count : op == OP_MORPH ? 2 : 1;
     for (uint32_t k = 0; k < count; k++) walk_reach(walk, ir_operand(walk->ir, id, k), below(walk, id, k, context));
 }
 
@@ -117,7 +120,7 @@ static IrId leaf(Ir *ir, IrId id, Context c)
         id = leaf_quadric(ir, (Span){0}, (const double[10]){[9] = -1});
     }
     if (c.negative) id = leaf_negate(ir, id);
-    if (c.high) id = leaf_unless_all(ir, id, c.high);
+    if (c.high) id = c.morphed ? leaf_mark_all(ir, id, c.high) : leaf_unless_all(ir, id, c.high);
     if (c.paint) id = ir_op2(ir, OP_PAINT, span, id, c.paint);
     if (c.low) id = ir_op2(ir, OP_SHOW, span, id, c.low);
     if (!c.name) return id;
@@ -141,11 +144,21 @@ static IrId set(Walk *walk, IrId id, uint32_t context)
     return changed ? ir_node(ir, united ? OP_UNION : OP_INTERSECT, node.span, walk->operands, node.count) : id;
 }
 
+// -((1 - t) F + t G) = (1 - t)(-F) + t (-G)
+static IrId morph(Walk *walk, IrId id, uint32_t context)
+{
+    Ir *ir = walk->ir;
+    IrId a = walk_result(walk, ir_operand(ir, id, 0), below(walk, id, 0, context));
+    IrId b = walk_result(walk, ir_operand(ir, id, 1), below(walk, id, 1, context));
+    return ir_op3(ir, OP_MORPH, ir_at(ir, id)->span, a, b, ir_operand(ir, id, 2));
+}
+
 static IrId up(Walk *walk, IrId id, uint32_t context)
 {
     if (is_leaf(walk->ir, id)) return leaf(walk->ir, id, context_of(walk->pass, context));
     IrOp op = ir_at(walk->ir, id)->op;
     if (op == OP_UNION || op == OP_INTERSECT) return set(walk, id, context);
+    if (op == OP_MORPH) return morph(walk, id, context);
     return walk_result(walk, ir_operand(walk->ir, id, 0), below(walk, id, 0, context));
 }
 

@@ -6,7 +6,8 @@ const Pass passes[PASS_COUNT] = {
     {"transforms", pass_transforms, (const IrOp[]){OP_PTRANSFORM, OP_NONE}},
     {"deformations", pass_deformations, (const IrOp[]){OP_PTRANSFORM, OP_DEFORM, OP_NONE}},
     {"attributes", pass_attributes, (const IrOp[]){OP_PTRANSFORM, OP_DEFORM, OP_NONE}},
-    {"sets", pass_sets, (const IrOp[]){OP_PTRANSFORM, OP_DEFORM, OP_NONE}},
+    {"morphs", pass_morphs, (const IrOp[]){OP_PTRANSFORM, OP_DEFORM, OP_MORPH, OP_NONE}},
+    {"sets", pass_sets, (const IrOp[]){OP_PTRANSFORM, OP_DEFORM, OP_MORPH, OP_NONE}},
 };
 
 // Fields that places and heights look at are left as they are written; only those of the scene itself are rewritten.

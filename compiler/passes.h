@@ -10,7 +10,9 @@
 //                   -F + R = -(F - R): a subtracted leaf gets -R. Free forms of free forms are one free form.
 //     attributes    complements, paint, names and visibility are at the leaves: a leaf is NAMED(SHOW(PAINT(core))),
 //                   each of the three perhaps absent, and core a quadric, TRANSFORM(QUADRIC) or a free form. Only
-//                   COMPLEMENT(EMPTY), all of space, is left of complements.
+//                   COMPLEMENT(EMPTY), all of space, is left of complements; below a morph also what is all of space by a
+//                   condition.
+//     morphs        what is morphed is a free form, or a set of free forms (pass_morphs.c).
 //     sets          unions of unions are one union, of two things at least; what is neutral or doubled is gone; EMPTY
 //                   and all of space are alone or not there.
 //
@@ -29,10 +31,10 @@ typedef struct Pass {
     const IrOp *gone; // operations that the scene's field no longer reaches, ended by OP_NONE
 } Pass;
 
-enum { PASS_COUNT = 4 };
+enum { PASS_COUNT = 5 };
 extern const Pass passes[PASS_COUNT];
 
-PassRun pass_transforms, pass_deformations, pass_attributes, pass_sets;
+PassRun pass_transforms, pass_deformations, pass_attributes, pass_morphs, pass_sets;
 
 // What is wrong after a pass: ir_verify(), and operations that should be gone. NULL if nothing.
 const char *pass_verify(const Ir *ir, const Pass *pass);

@@ -1,6 +1,7 @@
 // The field program is run once with polynomials in t instead of numbers. What it leaves is a tree of unions and
 // intersections over leaves: a complement goes to the leaves at once (max becomes min, each leaf changes its sign), and
-// a perturbation of a set operation is added to each leaf below it, so both have no nodes of their own.
+// a perturbation of a set operation is added to each leaf below it, and in a morph each leaf of the one is joined with
+// each of the other, so none of these has nodes of its own.
 //
 //     values on the stack     ranges of leaves and nodes that follow each other, since a program is in postfix order
 //     Leaf                    base polynomial and a list of cubes
@@ -163,6 +164,98 @@ static bool add_cube(Tracer *r, const Operand *base, const Operand *q, double st
     return true;
 }
 
+// --- morphs
+
+typedef struct Saved { // what two values are made of, before their product takes its place
+    const Leaf *leaves;
+    const Tree *nodes;
+    uint32_t leaf_count, node_count, leaf, node; // leaf, node: where they began
+    uint32_t root;
+} Saved;
+
+static Saved save(Tracer *r, const Operand *value, uint32_t leaf_end, uint32_t node_end)
+{
+    Saved saved = {.leaf_count = leaf_end - value->leaf,
+                   .node_count = node_end - value->node,
+                   .leaf = value->leaf,
+                   .node = value->node,
+                   .root = value->root};
+    Leaf *leaves = arena_array(&r->arena, Leaf, saved.leaf_count);
+    Tree *nodes = arena_array(&r->arena, Tree, saved.node_count + 1);
+    memcpy(leaves, r->leaves + value->leaf, saved.leaf_count * sizeof *leaves);
+    if (saved.node_count) memcpy(nodes, r->nodes + value->node, saved.node_count * sizeof *nodes);
+    saved.leaves = leaves;
+    saved.nodes = nodes;
+    return saved;
+}
+
+static void weigh(Tracer *r, uint32_t leaf, const Leaf *from, double weight)
+{
+    for (int k = 0; k < 3; k++) r->leaves[leaf].base[k] += weight * from->base[k];
+    for (uint32_t c = from->cubes; c != NONE; c = r->cubes[c].next) {
+        r->cubes = room(r, r->cubes, r->cube_count, &r->cube_room, sizeof *r->cubes);
+        r->cubes[r->cube_count] = r->cubes[c];
+        r->cubes[r->cube_count].strength *= weight;
+        r->cubes[r->cube_count].next = r->leaves[leaf].cubes;
+        r->leaves[leaf].cubes = r->cube_count++;
+    }
+}
+
+// One leaf of a with one of b, under a node of the product. What is infinite stays so.
+static uint32_t mixed_leaf(Tracer *r, const Leaf *a, const Leaf *b, double t, uint32_t parent)
+{
+    bool fixed = a->fixed || b->fixed;
+    const Leaf *infinite = a->fixed ? a : b;
+    uint32_t leaf = push_leaf(r, fixed ? infinite->base : (const double[3]){0, 0, 0}, fixed).leaf;
+    r->leaves[leaf].parent = parent;
+    if (!fixed) {
+        weigh(r, leaf, a, 1 - t);
+        weigh(r, leaf, b, t);
+    }
+    return leaf;
+}
+
+// b's tree in the place of a leaf of a, whose parent is given. Returns its root.
+static uint32_t put_tree(Tracer *r, const Saved *b, const Leaf *a, double t, uint32_t parent)
+{
+    uint32_t first = r->node_count;
+    for (uint32_t i = 0; i < b->node_count; i++) {
+        r->nodes = room(r, r->nodes, r->node_count, &r->node_room, sizeof *r->nodes);
+        Tree node = b->nodes[i];
+        node.parent = node.parent == NONE ? parent : first + (node.parent - b->node);
+        r->nodes[r->node_count++] = node;
+    }
+    uint32_t root = b->root % 2 ? 2 * (first + (b->root / 2 - b->node)) + 1 : 2 * r->leaf_count;
+    for (uint32_t i = 0; i < b->leaf_count; i++) {
+        uint32_t above = b->leaves[i].parent;
+        mixed_leaf(r, a, &b->leaves[i], t, above == NONE ? parent : first + (above - b->node));
+    }
+    return root;
+}
+
+// (1 - t) a + t b, the two on top: each leaf of a becomes a tree of b, whose leaves are sums of both. Where a weight is 0
+// only the other counts.
+static void mix(Tracer *r, Operand *a, const Operand *b, double t)
+{
+    if (t <= 0) {
+        drop(r, b);
+        return;
+    }
+    static const Leaf nothing = {.cubes = NONE, .parent = NONE};
+    Saved first = save(r, a, b->leaf, b->node), second = save(r, b, r->leaf_count, r->node_count);
+    r->leaf_count = a->leaf;
+    if (t >= 1) {
+        r->node_count = a->node;
+        a->root = put_tree(r, &second, &nothing, 1, NONE);
+        return;
+    }
+    r->node_count = a->node + first.node_count; // a's nodes stay where they are
+    for (uint32_t i = 0; i < first.leaf_count; i++) {
+        uint32_t root = put_tree(r, &second, &first.leaves[i], t, first.leaves[i].parent);
+        if (!(a->root % 2)) a->root = root; // a is this leaf alone
+    }
+}
+
 static void enter(const double m[12], const Line *outer, Line *inner)
 {
     matrix_point(m, outer->point, inner->point);
@@ -204,6 +297,10 @@ static bool trace(Tracer *r, FieldCode code, const double *values, const Line *r
                 drop(r, top);
                 *top = push_empty(r);
             }
+            break;
+        case FIELD_MIX:
+            top--;
+            mix(r, top, top + 1, values[*w++]);
             break;
         case FIELD_ENTER:
             enter(values + *w++, line, line + 1);

@@ -21,6 +21,7 @@ double oracle_quadric_field(const double a[10], const double point[3], double gr
 typedef struct OracleParabola { double a, b, c; } OracleParabola;
 
 OracleParabola oracle_parabola(const OracleQuadric *quadric, const OracleRay *ray);
+OracleParabola oracle_base_parabola(const Oracle *oracle, const OracleLeaf *leaf, const OracleRay *ray);
 
 // Real roots in ascending order, 0, 1 or 2 of them; a double root, where the sign stays, is none.
 int oracle_parabola_roots(const OracleParabola *q, double roots[2]);

@@ -45,11 +45,16 @@ typedef struct OraclePerturbation { // strength · max(Q, 0)³
     double strength;
 } OraclePerturbation;
 
+typedef struct OracleBase { // weight · Q
+    OracleQuadric quadric;
+    double weight;
+} OracleBase;
+
 typedef struct OracleLeaf {
-    OracleQuadric base;
-    uint32_t first, count; // perturbations
-    uint32_t material;     // node of OP_MATERIAL, 0: the default
-    const char *object;    // outermost name, "" without one
+    uint32_t first_base, base_count; // their sum: one of weight 1, or of a morph one for each of what is morphed
+    uint32_t first, count;           // perturbations
+    double material[11];             // as OP_MATERIAL
+    const char *object;              // outermost name, "" without one
 } OracleLeaf;
 
 typedef enum OracleKind { ORACLE_LEAF, ORACLE_EMPTY, ORACLE_UNION, ORACLE_INTERSECT, ORACLE_NOT } OracleKind;
@@ -79,6 +84,8 @@ typedef struct Oracle {
     uint32_t node_count, node_capacity;
     OracleLeaf *leaves;
     uint32_t leaf_count, leaf_capacity;
+    OracleBase *bases;
+    uint32_t base_count, base_capacity;
     OraclePerturbation *perturbations;
     uint32_t perturbation_count, perturbation_capacity;
     OracleLight *lights;

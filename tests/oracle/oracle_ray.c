@@ -95,6 +95,19 @@ OracleParabola oracle_parabola(const OracleQuadric *quadric, const OracleRay *ra
     return q;
 }
 
+OracleParabola oracle_base_parabola(const Oracle *oracle, const OracleLeaf *leaf, const OracleRay *ray)
+{
+    OracleParabola sum = {0, 0, 0};
+    for (uint32_t k = 0; k < leaf->base_count; k++) {
+        const OracleBase *base = &oracle->bases[leaf->first_base + k];
+        OracleParabola q = oracle_parabola(&base->quadric, ray);
+        sum.a += base->weight * q.a;
+        sum.b += base->weight * q.b;
+        sum.c += base->weight * q.c;
+    }
+    return sum;
+}
+
 int oracle_parabola_roots(const OracleParabola *q, double roots[2])
 {
     if (q->a == 0) {
@@ -299,7 +312,7 @@ static Constancy cast(const Oracle *oracle, const OracleRay *ray)
         const OracleLeaf *leaf = &oracle->leaves[i];
         RayLeaf *out = &s->leaves[i];
         uint32_t before = s->event_count;
-        *out = (RayLeaf){.base = oracle_parabola(&leaf->base, ray), .first = s->live_count};
+        *out = (RayLeaf){.base = oracle_base_parabola(oracle, leaf, ray), .first = s->live_count};
         for (uint32_t k = 0; k < leaf->count; k++) {
             const OraclePerturbation *p = &oracle->perturbations[leaf->first + k];
             OracleParabola q = oracle_parabola(&p->quadric, ray);

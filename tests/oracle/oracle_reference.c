@@ -65,6 +65,17 @@ static void fold(const OracleQuadric *quadric, double strength, Folded *out)
     *out = (Folded){{r[0][0], r[1][1], r[2][2], 2 * r[0][1], 2 * r[0][2], 2 * r[1][2], 2 * r[0][3], 2 * r[1][3], 2 * r[2][3], r[3][3]}, strength};
 }
 
+static void fold_base(const Oracle *oracle, const OracleLeaf *leaf, Folded *out)
+{
+    *out = (Folded){0};
+    for (uint32_t k = 0; k < leaf->base_count; k++) {
+        const OracleBase *base = &oracle->bases[leaf->first_base + k];
+        Folded one;
+        fold(&base->quadric, 0, &one);
+        for (int i = 0; i < 10; i++) out->a[i] += base->weight * one.a[i];
+    }
+}
+
 // The smallest eigenvalue of a symmetric matrix {xx, yy, zz, xy, xz, yz}, by the trigonometric formula.
 static double least_eigenvalue(const double s[6])
 {
@@ -119,7 +130,7 @@ OraclePlain *oracle_plain_new(const Oracle *oracle)
     plain->active = list(perturbations, sizeof *plain->active);
     plain->ends = list(2 * ((size_t)leaves + perturbations) + EXTRA_ENDS, sizeof *plain->ends);
     for (uint32_t i = 0; i < leaves; i++) {
-        fold(&oracle->leaves[i].base, 0, &plain->bases[i]);
+        fold_base(oracle, &oracle->leaves[i], &plain->bases[i]);
         plain->base_balls[i] = ball_around(plain->bases[i].a);
     }
     for (uint32_t i = 0; i < perturbations; i++) {

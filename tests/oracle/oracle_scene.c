@@ -3,6 +3,9 @@
 // Scalars and matrices are evaluated once, in the order of the nodes. The field is then walked from its root, carrying what the nodes above say
 // of every leaf below: the map from the world, the perturbations of `deform` and outer free forms (with the sign that complements
 // give them), the paint and the name. A walk by recursion is deep enough for scenes: their nesting is limited by the language.
+//
+// A morph of a and b is the tree of a in which each leaf is a tree of b, whose leaves are sums of both: with weights that are not negative, a sum may
+// go into max and min. So b is walked once for each leaf of a, carrying what that leaf adds.
 #include "tests/oracle/oracle.h"
 
 #include <math.h>
@@ -11,15 +14,34 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "compiler/noise.h"
 #include "tests/oracle/internal.h"
 
-typedef struct Carried { // what a leaf inherits
+typedef struct Carried Carried;
+
+typedef struct Pending { // the second operand of a morph whose first is being walked
+    IrId other;
+    const Carried *around; // what the morph inherits
+    double t;
+} Pending;
+
+typedef struct Partner { // a leaf of the first operand, to be added to those of the second
+    uint32_t first_base, base_count, first, count;
+    double material[11];
+    const char *name;
+    const struct Partner *before;
+} Partner;
+
+struct Carried { // what a leaf inherits
     const double *map;   // world to here
     IrId paint;
     const char *name;
     uint32_t inherited_first, inherited_count; // in Walk.inherited
     int sign;                                  // -1 below an odd number of complements
-} Carried;
+    double weight;                             // below morphs, else 1
+    const Pending *pending;                    // of the innermost morph that still wants its second operand
+    const Partner *partner;                    // the last of those that are to be added
+};
 
 typedef struct Walk {
     Oracle *oracle;
@@ -75,6 +97,9 @@ static double scalar_value(Walk *walk, const Ir *ir, const OracleFrame *frame, I
     case OP_FLOOR: return floor(a);
     case OP_CEIL: return ceil(a);
     case OP_ROUND: return round(a);
+    case OP_HASH: return noise_hash(a, b); // these three are what compiler/noise.h says they are
+    case OP_NOISE: return noise_gradient(a, b, c);
+    case OP_CELLS: return noise_cells(a, b, c);
     case OP_LT: return a < b;
     case OP_LE: return a <= b;
     case OP_EQ: return a == b;
@@ -220,6 +245,13 @@ double oracle_ir_field(const Oracle *oracle, IrId id, const double point[3], dou
     }
     case OP_PAINT:
     case OP_NAMED: return oracle_ir_field(oracle, operands[0], point, gradient);
+    case OP_MORPH: {
+        double t = oracle->scalars[operands[2]], g[3];
+        if (t <= 0 || t >= 1) return oracle_ir_field(oracle, operands[t >= 1], point, gradient);
+        double f = oracle_ir_field(oracle, operands[0], point, gradient), h = oracle_ir_field(oracle, operands[1], point, g);
+        for (int i = 0; i < 3; i++) gradient[i] = (1 - t) * gradient[i] + t * g[i];
+        return (1 - t) * f + t * h;
+    }
     case OP_SHOW:
         return oracle->scalars[operands[1]] != 0 ? oracle_ir_field(oracle, operands[0], point, gradient) : -ORACLE_INFINITY;
     default: return NAN;
@@ -437,27 +469,102 @@ static void read_perturbation(Walk *walk, IrId id, const double map[12], OracleP
     out->strength = oracle->scalars[operands[1]];
 }
 
-static void add_leaf(Walk *walk, IrId id, const Carried *carried)
+static OracleBase *add_base(Oracle *oracle)
+{
+    oracle->bases = grow(oracle->bases, oracle->base_count, &oracle->base_capacity, sizeof *oracle->bases);
+    return &oracle->bases[oracle->base_count++];
+}
+
+static OraclePerturbation *add_perturbation(Oracle *oracle)
+{
+    oracle->perturbations =
+        grow(oracle->perturbations, oracle->perturbation_count, &oracle->perturbation_capacity, sizeof *oracle->perturbations);
+    return &oracle->perturbations[oracle->perturbation_count++];
+}
+
+// What a leaf of the IR is in the outermost field, with its weight.
+static Partner read_leaf(Walk *walk, IrId id, const Carried *carried)
+{
+    static const double plain[11] = {0.8, 0.8, 0.8, 0.1, 0.8, 0.2, 30, 0, 0, 1.5, 0}; // what nobody painted
+    Oracle *oracle = walk->oracle;
+    Partner leaf = {oracle->base_count, 1, oracle->perturbation_count, carried->inherited_count, {0}, carried->name, carried->partner};
+    OracleBase *base = add_base(oracle);
+    read_quadric(walk, id, carried->map, &base->quadric);
+    base->weight = carried->weight * carried->sign;
+    for (uint32_t k = 0; k < carried->inherited_count; k++) {
+        OraclePerturbation *p = add_perturbation(oracle);
+        *p = walk->inherited[carried->inherited_first + k];
+        p->strength *= carried->weight;
+    }
+    for (uint32_t k = 0; k < 11; k++) {
+        leaf.material[k] = carried->weight * (carried->paint ? oracle->scalars[ir_operand(oracle->ir, carried->paint, k)] : plain[k]);
+    }
+    return leaf;
+}
+
+static void add_leaf(Walk *walk, const Partner *last, int sign)
 {
     Oracle *oracle = walk->oracle;
     uint32_t node = add_node(oracle, ORACLE_LEAF);
     oracle->leaves = grow(oracle->leaves, oracle->leaf_count, &oracle->leaf_capacity, sizeof *oracle->leaves);
     OracleLeaf *leaf = &oracle->leaves[oracle->leaf_count];
-    *leaf = (OracleLeaf){.first = oracle->perturbation_count, .material = carried->paint, .object = carried->name};
-    read_quadric(walk, id, carried->map, &leaf->base);
-    for (uint32_t k = 0; k < carried->inherited_count; k++) {
-        oracle->perturbations =
-            grow(oracle->perturbations, oracle->perturbation_count, &oracle->perturbation_capacity, sizeof *oracle->perturbations);
-        OraclePerturbation *p = &oracle->perturbations[oracle->perturbation_count++];
-        *p = walk->inherited[carried->inherited_first + k];
-        p->strength *= carried->sign; // kept with the sign of the outermost field
-        leaf->count++;
+    *leaf = (OracleLeaf){.first_base = oracle->base_count, .first = oracle->perturbation_count, .object = ""};
+    for (const Partner *one = last; one; one = one->before) {
+        for (uint32_t k = 0; k < one->base_count; k++, leaf->base_count++) {
+            OracleBase *base = add_base(oracle);
+            *base = oracle->bases[one->first_base + k];
+            base->weight *= sign; // the complements above make it that of the outermost field again
+        }
+        for (uint32_t k = 0; k < one->count; k++, leaf->count++) {
+            OraclePerturbation *p = add_perturbation(oracle);
+            *p = oracle->perturbations[one->first + k];
+            p->strength *= sign;
+        }
+        for (int k = 0; k < 11; k++) leaf->material[k] += one->material[k];
+        if (*one->name) leaf->object = one->name; // of the first that has one
     }
     oracle->nodes[node].leaf = oracle->leaf_count++;
     oracle->nodes[node].after = oracle->node_count;
 }
 
 static void walk_field(Walk *walk, IrId id, Carried carried);
+
+static void walk_leaf(Walk *walk, IrId id, const Carried *carried)
+{
+    Oracle *oracle = walk->oracle;
+    Partner leaf = read_leaf(walk, id, carried);
+    const Pending *pending = carried->pending;
+    if (!pending) {
+        add_leaf(walk, &leaf, carried->sign);
+        return;
+    }
+    Carried second = *pending->around;
+    second.weight = pending->t * pending->around->weight;
+    second.partner = &leaf;
+    if (carried->sign == second.sign) {
+        walk_field(walk, pending->other, second);
+        return;
+    }
+    uint32_t at = add_node(oracle, ORACLE_NOT); // so that b stands as the morph does
+    walk_field(walk, pending->other, second);
+    oracle->nodes[at].after = oracle->node_count;
+}
+
+static void walk_morph(Walk *walk, IrId id, Carried carried)
+{
+    const Oracle *oracle = walk->oracle;
+    const IrId *operands = ir_operands(oracle->ir, id);
+    double t = oracle->scalars[operands[2]];
+    if (t <= 0 || t >= 1) { // only one of them is looked at
+        walk_field(walk, operands[t >= 1], carried);
+        return;
+    }
+    Pending pending = {operands[1], &carried, t};
+    Carried first = carried;
+    first.pending = &pending;
+    first.weight *= 1 - t;
+    walk_field(walk, operands[0], first);
+}
 
 // Everything below carries these perturbations too. The list of the nodes above is copied in front, so that a leaf finds its own in one piece.
 static void walk_deformed(Walk *walk, IrId id, Carried carried)
@@ -510,7 +617,8 @@ static void walk_field(Walk *walk, IrId id, Carried carried)
     uint32_t at;
     double inverse[12], local[12];
     switch (node->op) {
-    case OP_QUADRIC: add_leaf(walk, id, &carried); return;
+    case OP_QUADRIC: walk_leaf(walk, id, &carried); return;
+    case OP_MORPH: walk_morph(walk, id, carried); return;
     case OP_FREEFORM:
     case OP_DEFORM: walk_deformed(walk, id, carried); return;
     case OP_PAINT:
@@ -577,7 +685,7 @@ static bool read_all(Walk *walk, const OracleFrame *frame)
     if (setjmp(walk->failed)) return false;
     evaluate_numbers(walk, frame);
     read_scene(walk);
-    walk_field(walk, walk->oracle->ir->root, (Carried){.map = identity_map, .name = "", .sign = 1});
+    walk_field(walk, walk->oracle->ir->root, (Carried){.map = identity_map, .name = "", .sign = 1, .weight = 1});
     return true;
 }
 
@@ -617,6 +725,7 @@ void oracle_free(Oracle *oracle)
     oracle_plain_free(oracle->plain);
     free(oracle->nodes);
     free(oracle->leaves);
+    free(oracle->bases);
     free(oracle->perturbations);
     arena_release(&oracle->arena);
     free(oracle);
@@ -637,7 +746,14 @@ static double quadric_at(const OracleQuadric *quadric, const double point[3], do
 double oracle_leaf_field(const Oracle *oracle, uint32_t index, const double point[3], double gradient[3])
 {
     const OracleLeaf *leaf = &oracle->leaves[index];
-    double f = quadric_at(&leaf->base, point, gradient);
+    double f = 0;
+    if (gradient) memset(gradient, 0, 3 * sizeof *gradient);
+    for (uint32_t k = 0; k < leaf->base_count; k++) {
+        const OracleBase *base = &oracle->bases[leaf->first_base + k];
+        double g[3];
+        f += base->weight * quadric_at(&base->quadric, point, gradient ? g : NULL);
+        if (gradient) add_scaled(gradient, base->weight, g);
+    }
     for (uint32_t k = 0; k < leaf->count; k++) {
         const OraclePerturbation *p = &oracle->perturbations[leaf->first + k];
         double g[3], q = quadric_at(&p->quadric, point, gradient ? g : NULL);

@@ -59,9 +59,7 @@ bool oracle_light_ray(const Oracle *oracle, const OracleLight *light, const doub
 
 void oracle_shade(Oracle *oracle, const OracleRay *ray, const OracleHit *hit, int samples, double bias, double color[3])
 {
-    double m[11] = {0.8, 0.8, 0.8, 0.1, 0.8, 0.2, 30, 0, 0, 1.5, 0}; // the default material
-    uint32_t material = oracle->leaves[hit->leaf].material;
-    for (uint32_t k = 0; material && k < 11; k++) m[k] = oracle->scalars[ir_operand(oracle->ir, material, k)];
+    const double *m = oracle->leaves[hit->leaf].material;
     double normal[3];
     memcpy(normal, hit->normal, sizeof normal);
     for (int i = 0; i < 3; i++) color[i] = m[i] * m[3];

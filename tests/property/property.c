@@ -142,9 +142,7 @@ static double dot(const double a[3], const double b[3])
 static int light_part(const Comparison *c, uint32_t k, const OracleRay *ray, const OracleHit *hit, const Answer around[NEIGHBOURS], double part[3])
 {
     const OracleLight *light = &c->oracle->lights[k];
-    double m[11] = {0.8, 0.8, 0.8, 0.1, 0.8, 0.2, 30};
-    uint32_t material = c->oracle->leaves[hit->leaf].material;
-    for (uint32_t i = 0; material && i < 11; i++) m[i] = c->oracle->scalars[ir_operand(c->oracle->ir, material, i)];
+    const double *m = c->oracle->leaves[hit->leaf].material;
     OracleRay to_light;
     bool seen = false, hidden = false;
     for (int n = -1; n < NEIGHBOURS; n++) {
@@ -180,9 +178,8 @@ static void compare_color(Comparison *c, int x, int y, const OracleRay *ray, con
     if (color_close(color, got)) return;
     Answer around[NEIGHBOURS];
     neighbours(c, ray, around);
-    double m[4] = {0.8, 0.8, 0.8, 0.1}, parts[8][3];
-    uint32_t material = c->oracle->leaves[here->at.leaf].material;
-    for (uint32_t i = 0; material && i < 4; i++) m[i] = c->oracle->scalars[ir_operand(c->oracle->ir, material, i)];
+    const double *m = c->oracle->leaves[here->at.leaf].material;
+    double parts[8][3];
     int states[8], lights = (int)c->oracle->light_count < 8 ? (int)c->oracle->light_count : 8;
     for (int k = 0; k < lights; k++) states[k] = light_part(c, (uint32_t)k, ray, &here->at, around, parts[k]);
     for (int choice = 0; choice < 1 << lights; choice++) { // every way to decide what is undecided

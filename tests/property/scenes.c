@@ -8,7 +8,7 @@
 #include <stdlib.h>
 
 const char *const scene_class_names[SCENE_CLASSES] = {"quadrics", "degenerate", "freeform", "bases", "sets",
-                                                      "free sets", "eye inside", "families", "faces", "lights"};
+                                                      "free sets", "eye inside", "families", "faces", "lights", "morphs"};
 
 typedef struct Maker {
     FILE *out;
@@ -272,6 +272,43 @@ static void family(Maker *m)
     fprintf(m->out, "}");
 }
 
+// What is morphed: at rest or turning, bare or painted, now and then cut or hidden.
+static void morphed(Maker *m, int depth)
+{
+    if (below(m, 4)) free_or_plain(m);
+    else set(m, depth, free_or_plain);
+    if (!below(m, 3)) fprintf(m->out, ".rotate(y: %.9gdeg + time * 10deg / 1s)", any(m, 0, 360));
+    if (!below(m, 3)) fprintf(m->out, ".paint((%.3f, %.3f, %.3f))", any(m, 0.3, 1), any(m, 0.3, 1), any(m, 0.3, 1));
+    if (!below(m, 8)) fprintf(m->out, " - sphere(%.9g).move(%.9g, 0, 0).show(when: time < 1s * %d)", length(m, 0.2, 0.6), length(m, 0.2, 0.6), below(m, 2));
+}
+
+static void morph(Maker *m)
+{
+    bool deformed = !below(m, 4);
+    if (deformed) fprintf(m->out, "deform(");
+    bool complement = !below(m, 4);
+    if (complement) fprintf(m->out, "~(~");
+    if (below(m, 3)) {
+        fprintf(m->out, "morph(");
+        morphed(m, 2);
+        fprintf(m->out, ", ");
+        morphed(m, 1);
+        fprintf(m->out, ", %.9g%s)", any(m, 0, 1), below(m, 2) ? " + time / 1s" : "");
+    } else {
+        fprintf(m->out, "keys(time + %.9gs) {\n", any(m, -0.5, 4));
+        for (int k = 0; k < 4; k++) {
+            fprintf(m->out, "    %ds: (", k);
+            morphed(m, 1);
+            fprintf(m->out, ") %s;\n", below(m, 2) ? "smooth" : "");
+        }
+        fprintf(m->out, "}");
+    }
+    if (complement) fprintf(m->out, ")");
+    if (!deformed) return;
+    fprintf(m->out, ")");
+    perturbations(m, 1 + below(m, 3), 0.7, 0.5);
+}
+
 // Solids on one grid, so that many of their faces lie in each other.
 static void faces(Maker *m)
 {
@@ -326,6 +363,7 @@ static void object(Maker *m, SceneClass kind)
         else quadric(m);
         return;
     case SCENE_FAMILY: family(m); return;
+    case SCENE_MORPHS: morph(m); return;
     default: faces(m); return;
     }
 }

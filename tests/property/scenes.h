@@ -16,6 +16,7 @@ typedef enum SceneClass {
     SCENE_FAMILY,     // hundreds of perturbations or of leaves
     SCENE_FACES,      // faces that coincide
     SCENE_LIGHTS,     // lights behind, inside, near and at a distance of a million
+    SCENE_MORPHS,     // morphs and keys of quadrics, free forms and sets, at rest and in motion, painted, cut, deformed
     SCENE_CLASSES
 } SceneClass;
 

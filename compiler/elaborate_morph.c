@@ -1,0 +1,96 @@
+// morph, and keys of objects.
+//
+// A morph of two objects stays a node of the IR; pass_morphs.c makes free forms of it. Keys of objects are a union of
+// morphs, each between two neighbouring keys and shown while the driver is between them: so however many keys there
+// are, a frame has one morph of two objects in it, and the others cost a condition each.
+#include <assert.h>
+
+#include "compiler/evaluator.h"
+
+// Of a morph of sets each leaf of one is joined with each of the other.
+enum { MORPH_LEAVES_MAX = 100000, MORPH_DEPTH_MAX = 1000 };
+
+struct MorphSize { // of a node of the IR, as what is morphed
+    double leaves;
+    uint32_t depth; // of set operations
+};
+
+static MorphSize size_of(const Eval *e, IrId id)
+{
+    const IrNode *node = ir_at(e->ir, id);
+    const MorphSize *sizes = e->morph_sizes;
+    if (node->type != IR_FIELD) return (MorphSize){0};
+    if (node->op == OP_QUADRIC || node->op == OP_EMPTY) return (MorphSize){1, 0};
+    MorphSize first = sizes[ir_operand(e->ir, id, 0)];
+    if (node->op == OP_MORPH) {
+        MorphSize second = sizes[ir_operand(e->ir, id, 1)];
+        return (MorphSize){first.leaves * second.leaves, first.depth + second.depth};
+    }
+    if (node->op != OP_UNION && node->op != OP_INTERSECT) return first; // a map or a mark of one
+    MorphSize size = {0};
+    for (uint32_t k = 0; k < node->count; k++) {
+        MorphSize one = sizes[ir_operand(e->ir, id, k)];
+        size.leaves += one.leaves;
+        if (one.depth >= size.depth) size.depth = one.depth + 1;
+    }
+    return size;
+}
+
+// Sizes are computed for all nodes up to this one, once for each.
+static MorphSize morph_size(Eval *e, IrId id)
+{
+    if (id >= e->morph_size_capacity) {
+        uint32_t capacity = (id + 1) * 2;
+        MorphSize *larger = arena_array(&e->scratch, MorphSize, capacity);
+        for (uint32_t k = 0; k < e->morph_size_count; k++) larger[k] = e->morph_sizes[k];
+        e->morph_sizes = larger;
+        e->morph_size_capacity = capacity;
+    }
+    for (; e->morph_size_count <= id; e->morph_size_count++)
+        e->morph_sizes[e->morph_size_count] = size_of(e, e->morph_size_count);
+    return e->morph_sizes[id];
+}
+
+static bool can_be_morphed(Eval *e, const Node *at, IrId a, IrId b)
+{
+    if (ir_at(e->ir, a)->class == CLASS_GENERAL || ir_at(e->ir, b)->class == CLASS_GENERAL) {
+        complain(e, at, DIAG_NOT_YET,
+                 "a morph of general fields is not there yet in this version of scn: morph quadrics, free forms and "
+                 "sets of them");
+        return false;
+    }
+    MorphSize one = morph_size(e, a), other = morph_size(e, b);
+    if (one.leaves * other.leaves > MORPH_LEAVES_MAX) {
+        complain(e, at, DIAG_TOO_MANY_ITEMS,
+                 "each of %.0f surfaces would be morphed with each of %.0f: morph parts of them, one by one",
+                 one.leaves, other.leaves);
+        return false;
+    }
+    if (one.depth + other.depth > MORPH_DEPTH_MAX) {
+        complain(e, at, DIAG_TOO_DEEP, "unions and intersections are nested more than %d deep in this morph",
+                 MORPH_DEPTH_MAX);
+        return false;
+    }
+    return true;
+}
+
+// t is in 0 … 1; where it is 0 or 1 for certain that is a or b itself.
+IrId morph_objects(Eval *e, const Node *at, IrId a, IrId b, Scalar t)
+{
+    if (!t.id && t.number <= 0) return a;
+    if (!t.id && t.number >= 1) return b;
+    if (!can_be_morphed(e, at, a, b)) return 0;
+    return ir_op3(e->ir, OP_MORPH, span_of(e, at), a, b, scalar_id(e, t));
+}
+
+Value eval_morph(Eval *e, const Node *node, const Call *call, const Value *args)
+{
+    Scalar t = args[2].scalar;
+    if (!t.id && (t.number < 0 || t.number > 1)) {
+        complain(e, bound_node(call, 2, node), DIAG_MORPH_RANGE,
+                 "the weight of a morph is from 0 to 1, and this is %.6g: it is %d here", t.number, t.number > 1);
+    }
+    t = unit_interval(e, node, t);
+    IrId id = morph_objects(e, node, args[0].id, args[1].id, t);
+    return id ? value_node(TYPE_OBJECT, id) : value_bad();
+}
