@@ -48,9 +48,12 @@ for text in "$@"; do
     done <"$out/list"
 done
 
-for picture in "$(dirname "$1")"/pictures/*.png; do
-    grep -qxF "$picture" "$out/shown" || { echo "$picture: no text shows it: remove it"; status=1; }
+size=0
+for folder in $(for text in "$@"; do dirname "$text"; done | sort -u); do
+    for picture in "$folder"/pictures/*.png; do
+        grep -qxF "$picture" "$out/shown" || { echo "$picture: no text shows it: remove it"; status=1; }
+        size=$((size + $(wc -c <"$picture")))
+    done
 done
-size=$(cat "$(dirname "$1")"/pictures/*.png | wc -c)
 [ "$size" -le 300000 ] || { echo "the pictures of the texts take $size bytes: render fewer"; status=1; }
 exit "$status"
