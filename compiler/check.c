@@ -450,6 +450,7 @@ void check(Unit *unit, Node *tree)
             check_now(c, symbol);
     }
     modules_check(c);
+    modules_reach(c, tree);
     modules_report_unused(c, tree);
     arena_release(&c->scratch);
 }

@@ -13,6 +13,7 @@
 #include <string.h>
 
 #include "compiler/checker.h"
+#include "compiler/references.h"
 
 // --- modules
 
@@ -183,6 +184,36 @@ void modules_check(Checker *c)
             if (symbol->state == CHECK_NOT) check_now(c, symbol);
         }
     }
+}
+
+// --- what of libraries the scene needs
+
+typedef struct Reached {
+    Arena *scratch;
+    Symbol **list;
+    uint32_t count, capacity;
+} Reached;
+
+static void reach(void *user, const Node *node, Symbol *symbol, Span span)
+{
+    Reached *r = user;
+    if (!symbol->global || symbol->reached || !symbol->module || !symbol->module->library) return;
+    symbol->reached = true;
+    if (r->count == r->capacity) {
+        r->capacity = r->capacity ? 2 * r->capacity : 64;
+        Symbol **list = arena_array(r->scratch, Symbol *, r->capacity);
+        if (r->count) memcpy(list, r->list, r->count * sizeof *list);
+        r->list = list;
+    }
+    r->list[r->count++] = symbol;
+}
+
+void modules_reach(Checker *c, Node *tree)
+{
+    if (!c->uses || c->unit->errors) return;
+    Reached reached = {.scratch = &c->scratch};
+    references_visit_file(&reached, tree, reach);
+    for (uint32_t i = 0; i < reached.count; i++) references_visit_definition(&reached, reached.list[i]->node, reach);
 }
 
 // --- what nothing uses

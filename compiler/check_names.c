@@ -121,6 +121,7 @@ Symbol *names_global(Checker *c, SymbolKind kind, Name name, Span span, const No
     symbol->span = span;
     symbol->node = node;
     symbol->module = c->module;
+    symbol->hides = entry->builtin != NULL;
     *c->module->end = symbol;
     c->module->end = &symbol->next;
     const Symbol *before = of_module(entry->global, c->module);

@@ -98,6 +98,7 @@ void modules_begin(Checker *c, Node *tree);
 void modules_use(Checker *c, Node *node); // collects the library's definitions, if they are not yet
 void modules_bind(Checker *c);            // binds the names of all `use`, when all definitions are known
 void modules_check(Checker *c);           // the definitions of libraries
+void modules_reach(Checker *c, Node *tree); // marks what of libraries the scene needs
 void modules_report_unused(Checker *c, Node *tree);
 Symbol *modules_find(Checker *c, const Module *library, Name name, Span span); // reports; never NULL
 const char *modules_offer(Checker *c, Name name); // "clay.worn", where a library in use has that name

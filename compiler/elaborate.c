@@ -266,7 +266,7 @@ static Value make_param(Eval *e, const Symbol *symbol)
 
 static bool is_param(const Module *module, const Symbol *symbol)
 {
-    return symbol->kind == SYMBOL_PARAM && (!module->library || symbol->used);
+    return symbol->kind == SYMBOL_PARAM && (!module->library || symbol->reached);
 }
 
 static void list_param(Eval *e, const Module *module, Symbol *symbol)

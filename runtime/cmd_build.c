@@ -79,6 +79,7 @@ int command_build(const Options *options)
         double bytes = stat(path, &file) ? 0 : (double)file.st_size;
         if (!options->quiet) fprintf(stderr, "%s: %.0f kB\n", path, bytes / 1000);
         status = write_stats(options, scene, bytes);
+        if (status == EXIT_DONE) status = command_depfile(options, scene, path);
     }
     scn_free(scene);
     remove_folder();

@@ -227,13 +227,19 @@ int command_devices(const Options *options)
 
 int command_check(const Options *options)
 {
+    if (options->depfile_path && options->file_count > 1) {
+        command_error("-MF is for one scene");
+        return EXIT_USAGE;
+    }
     int worst = EXIT_DONE;
     for (int i = 0; i < options->file_count; i++) {
         Options one = *options;
         one.files[0] = options->files[i];
         one.file_count = 1;
         int status;
-        scn_free(command_load(&one, &status));
+        ScnScene *scene = command_load(&one, &status);
+        if (scene) status = command_depfile(&one, scene, NULL);
+        scn_free(scene);
         if (status > worst) worst = status;
     }
     return worst;

@@ -13,6 +13,7 @@ int command_render(const Options *options); // render and run
 int command_build(const Options *options);
 int command_check(const Options *options);
 int command_fmt(const Options *options);
+int command_flatten(const Options *options);
 int command_info(const Options *options);
 int command_tree(const Options *options);
 int command_dump(const Options *options);
@@ -39,6 +40,9 @@ bool command_color(const Options *options, FILE *out);
 // Loads the file of the command line and prints what the compiler says. NULL with the exit status in `status`.
 // scn_free() it.
 ScnScene *command_load(const Options *options, int *status);
+
+// Writes what -MD asks for, if it does: what `made` depends on; NULL if nothing is made. The exit status; what fails is printed.
+int command_depfile(const Options *options, const ScnScene *scene, const char *made);
 
 // What command_load() gives to scn_load(): its parts point into `options` and into `names`.
 typedef struct CommandScene {

@@ -244,6 +244,9 @@ static bool set_option(Options *options, OptionId id, const char *value)
     case OPTION_SOLVER: return set_solver(options, value);
     case OPTION_SWEEPS: return set_count(options, "sweeps", value, 100000000, &options->sweeps);
     case OPTION_PATCH: options->patch = value; return true;
+    case OPTION_DEPFILE: options->depfile = true; return true;
+    case OPTION_DEPFILE_PATH: options->depfile_path = value; return true;
+    case OPTION_DEPFILE_TARGET: options->depfile_target = value; return true;
     case OPTION_STRICT: options->strict = true; return true;
     case OPTION_COLOR: return set_color(options, value);
     case OPTION_KERNELS: return set_kernels(options, value);
@@ -389,7 +392,7 @@ bool options_parse(Options *options, int argc, char **argv)
         else if (word[1] == '-')
             ok = long_option(&reader, word + 2);
         else
-            ok = short_options(&reader, word + 1);
+            ok = word[1] == 'M' ? long_option(&reader, word + 1) : short_options(&reader, word + 1);
         if (!ok) return false;
     }
     return options->help || check_counts(options);
@@ -480,8 +483,8 @@ void options_help(FILE *out, CommandId command)
         const OptionEntry *entry = &entries[i];
         if (!(entry->commands & 1u << command)) continue;
         char left[64];
-        snprintf(left, sizeof left, "%c%c%s --%s%s%s", entry->letter ? '-' : ' ', entry->letter ? entry->letter : ' ',
-                 entry->letter ? "," : " ", entry->name, entry->value ? " " : "", entry->value ? entry->value : "");
+        snprintf(left, sizeof left, "%c%c%s %s%s%s%s", entry->letter ? '-' : ' ', entry->letter ? entry->letter : ' ',
+                 entry->letter ? "," : " ", entry->name[0] == 'M' ? "-" : "--", entry->name, entry->value ? " " : "", entry->value ? entry->value : "");
         fprintf(out, "  %-26s ", left);
         options_wrap(out, entry->help, 29);
     }

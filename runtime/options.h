@@ -54,6 +54,8 @@ typedef struct Options {
     int first_line, last_line;                 // 0 0: not given
     const char *probes[OPTION_LIMIT];
     int probe_count;
+    const char *depfile_path, *depfile_target; // of -MD
+    bool depfile;
     const char *times, *patch;
     int solver, sweeps; // of patches: 0 direct, 1 device, 2 iterative (PatchMethod); 0: not given
     bool csv;

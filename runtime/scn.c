@@ -213,6 +213,15 @@ bool scn_binary_device(const ScnScene *scene, int index, const char **device, si
 
 // --- parameters
 
+const char *scn_source(const ScnScene *scene, int index)
+{
+    for (uint32_t k = 0; k < scene->unit.sources.count; k++) {
+        const Source *source = scene->unit.sources.list[k];
+        if (!source->prelude && index-- == 0) return source->path;
+    }
+    return NULL;
+}
+
 int scn_param_count(const ScnScene *scene)
 {
     return scene->package ? (int)scene->package->plan->param_count : 0;

@@ -146,6 +146,10 @@ typedef struct ScnInfo {
 } ScnInfo;
 
 SCN_API bool scn_info(const ScnScene *scene, ScnInfo *info); // false: the scene cannot be used
+// The files that a scene was read from, from 0 on: its own, then what it includes and uses. NULL behind the last, and of a
+// package.
+SCN_API const char *scn_source(const ScnScene *scene, int index);
+
 SCN_API int scn_param_count(const ScnScene *scene);
 SCN_API bool scn_param(const ScnScene *scene, int index, ScnParam *param);
 SCN_API int scn_object_count(const ScnScene *scene);
