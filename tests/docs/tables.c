@@ -4,6 +4,8 @@
 //
 // Compared, or with UPDATE=1 written anew, are these parts of the reference (section.h), each a table of signatures and what they mean:
 //
+//     reserved words, units, marks
+//                       the fixed words, of lang/words.def
 //     built-in KIND     what is there of a kind of compiler/builtins.def, and of the prelude's file of that kind
 //     library NAME      the tools, tags and functions of a library of stdlib
 //     not-yet           what is read and answered with not-yet: words, and arguments of words
@@ -178,6 +180,8 @@ static int put_prelude(FILE *out, const char *name)
 
 // --- Tables ---
 
+static const char table_head[] = "| | |\n| --- | --- |\n";
+
 typedef struct Table {
     FILE *out;
     char *text;
@@ -185,12 +189,12 @@ typedef struct Table {
     int rows;
 } Table;
 
-static void table_begin(Table *table)
+static void table_begin(Table *table, const char *head)
 {
     *table = (Table){0};
     table->out = open_memstream(&table->text, &table->length);
     if (!table->out) abort();
-    fputs("| | |\n| --- | --- |\n", table->out);
+    fputs(head, table->out);
 }
 
 static bool table_keep(Table *table, const char *path, const char *part)
@@ -201,11 +205,39 @@ static bool table_keep(Table *table, const char *path, const char *part)
     return good;
 }
 
+static bool keep_words(const char *path)
+{
+    static const char *const words[][3] = {
+#define RESERVED(token, word, role, meaning) {"reserved words", word, meaning},
+#define UNIT(id, suffix, dimension, meaning) {"units", suffix, dimension ": " meaning},
+#define MARK(token, mark, role)              {"marks", mark, ""},
+#include "lang/words.def"
+    };
+    static const char *const parts[] = {"reserved words", "units", "marks"};
+    bool good = true;
+    for (size_t p = 0; p < sizeof parts / sizeof *parts; p++) {
+        Table table;
+        bool marks = strcmp(parts[p], "marks") == 0; // they need no words about them: one line
+        table_begin(&table, marks ? "```text\n" : table_head);
+        for (size_t i = 0; i < sizeof words / sizeof *words; i++) {
+            if (strcmp(words[i][0], parts[p]) != 0) continue;
+            if (marks)
+                fprintf(table.out, "%s%s", table.rows ? " " : "", words[i][1]);
+            else
+                put_row(table.out, words[i][1], words[i][2]);
+            table.rows++;
+        }
+        if (marks) fputs("\n```\n", table.out);
+        good &= table_keep(&table, path, parts[p]);
+    }
+    return good;
+}
+
 static bool keep_kind(const char *path, int k)
 {
     Table table;
     char part[64];
-    table_begin(&table);
+    table_begin(&table, table_head);
     for (int id = 0; id < BUILTIN_END; id++) {
         const Builtin *b = &builtins[id];
         if (b->kind != kinds[k].kind || b->since == SINCE_LATER) continue;
@@ -220,7 +252,7 @@ static bool keep_kind(const char *path, int k)
 static bool keep_easings(const char *path)
 {
     Table table;
-    table_begin(&table);
+    table_begin(&table, table_head);
     table.rows = put_prelude(table.out, "easings");
     return table_keep(&table, path, "built-in easings");
 }
@@ -231,7 +263,7 @@ static bool keep_libraries(const char *path)
     for (const library_text_file *file = library_text_files; file->name; file++) {
         Table table;
         char part[64];
-        table_begin(&table);
+        table_begin(&table, table_head);
         table.rows = put_items(table.out, file->name, (const unsigned char *)file->text, file->length);
         snprintf(part, sizeof part, "library %.*s", (int)strcspn(file->name, "."), file->name);
         good &= table_keep(&table, path, part);
@@ -242,7 +274,7 @@ static bool keep_libraries(const char *path)
 static bool keep_later(const char *path)
 {
     Table table;
-    table_begin(&table);
+    table_begin(&table, table_head);
     for (int id = 0; id < BUILTIN_END; id++) {
         const Builtin *b = &builtins[id];
         if (b->since == SINCE_LATER) {
@@ -321,7 +353,7 @@ int main(int argc, char **argv)
         fputs("usage: scn-tables REFERENCE.md\n", stderr);
         return 2;
     }
-    bool good = true;
+    bool good = keep_words(argv[1]);
     for (size_t k = 0; k < sizeof kinds / sizeof *kinds; k++) good &= keep_kind(argv[1], (int)k);
     good &= keep_easings(argv[1]);
     good &= keep_libraries(argv[1]);
