@@ -100,6 +100,21 @@ static void add_tool_parameters(Checker *c, Callable *callable)
     }
 }
 
+// Choices that are written as plain strings are known at once, as those of built-ins are.
+static const char *const *plain_choices(Checker *c, const Node *list)
+{
+    if (!list || list->kind != NODE_LIST) return NULL;
+    int count = 0;
+    for (const Node *one = list->a; one; one = one->next, count++) {
+        bool plain = one->kind == NODE_STRING && one->a && one->a->kind == NODE_TEXT && !one->a->next;
+        if (!plain) return NULL;
+    }
+    const char **choices = arena_array(&c->unit->arena, const char *, count + 1);
+    count = 0;
+    for (const Node *one = list->a; one; one = one->next) choices[count++] = one->a->text;
+    return choices;
+}
+
 static Callable *signature(Checker *c, Node *node, bool prelude)
 {
     Callable *callable = arena_new(&c->unit->arena, Callable);
@@ -113,7 +128,12 @@ static Callable *signature(Checker *c, Node *node, bool prelude)
     for (Node *n = node->a; n; n = n->next) {
         if (n->kind != NODE_PARAMETER) continue;
         Parameter *p = &callable->parameters[callable->count++];
-        *p = (Parameter){.name = n->name, .type = check_type(c, n->a), .doc = n->doc, .node = n, .default_from = -1};
+        *p = (Parameter){.name = n->name,
+                         .type = check_type(c, n->a),
+                         .doc = n->doc,
+                         .node = n,
+                         .default_from = -1,
+                         .choices = plain_choices(c, n->c)};
     }
     if (callable->kind == CALLABLE_TOOL) add_tool_parameters(c, callable);
     callable->declared = node->kind != NODE_FN || node->b;

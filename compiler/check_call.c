@@ -632,7 +632,10 @@ Type check_call(Checker *c, Node *node, const Type *receiver, Symbol *symbol)
                 symbol->kind == SYMBOL_LIBRARY ? "a library" : type_phrase(&c->unit->arena, symbol->type);
             Diag *d = diag(c->unit, node->name_span, DIAG_TYPE_MISMATCH, "%s is %s here and cannot be called",
                            node->name, what);
-            if (symbol->span.end) diag_label(c->unit, d, symbol->span, "defined here");
+            bool hides = symbol->kind != SYMBOL_LIBRARY && names_hide_builtin(c, node->name);
+            if (symbol->span.end)
+                diag_label(c->unit, d, symbol->span,
+                           hides ? "defined here, which hides what is built in: give it another name" : "defined here");
         }
         check_block_of_wrong_call(c, node->c);
         return poison();

@@ -128,7 +128,8 @@ Type check_symbol_value(Checker *c, Symbol *symbol, const Node *node)
         return poison();
     case SYMBOL_CALLABLE:
         diag(c->unit, node->span, DIAG_TYPE_MISMATCH,
-             "%s is called with arguments, as %s(…): it is not a value by itself", node->name, node->name);
+             "%s is called with arguments, as %s%s%s(…): it is not a value by itself", node->name,
+             node->kind == NODE_MEMBER ? node->a->name : "", node->kind == NODE_MEMBER ? "." : "", node->name);
         return poison();
     case SYMBOL_CONSTANT:
         if (builtins[symbol->id].since == SINCE_LATER) {

@@ -95,6 +95,12 @@ Symbol *names_in(Checker *c, const Module *module, Name name)
     return of_module(entry_of(c, name)->global, module);
 }
 
+bool names_hide_builtin(Checker *c, Name name)
+{
+    const Symbol *builtin = entry_of(c, name)->builtin;
+    return builtin && builtin->kind == SYMBOL_CALLABLE;
+}
+
 Symbol *names_brought(Checker *c, const Module *module, Name name)
 {
     return of_module(entry_of(c, name)->brought, module);

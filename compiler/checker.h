@@ -68,6 +68,7 @@ Symbol *names_global(Checker *c, SymbolKind kind, Name name, Span span, const No
 Symbol *names_prelude(Checker *c, Name name); // where a tag of the prelude is bound; its overloads are chained
 Symbol *names_local(Checker *c, SymbolKind kind, Name name, Span span, const Node *node, Type type);
 Symbol *names_find(Checker *c, Name name);                     // NULL if it means nothing here
+bool names_hide_builtin(Checker *c, Name name); // something that is called is built in under the name
 Symbol *names_in(Checker *c, const Module *module, Name name); // a definition of a module, or NULL
 Symbol *names_bring(Checker *c, SymbolKind kind, Module *module, Name name, Span span); // what `use` binds
 Symbol *names_brought(Checker *c, const Module *module, Name name); // by a `use` of a module, or NULL

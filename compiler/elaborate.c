@@ -56,17 +56,19 @@ typedef struct Context { // where evaluation stands
     uint32_t base, order;
     Frame *frame;
     const Forming *forming;
+    const Loop *loop;
     Scalar path;
     Span site;
 } Context;
 
 static Context context_enter(Eval *e, uint32_t slots, uint32_t order)
 {
-    Context before = {e->base, e->order, e->frame, e->forming, e->path, e->site};
+    Context before = {e->base, e->order, e->frame, e->forming, e->loop, e->path, e->site};
     e->base = e->slot_count;
     e->order = order;
     e->frame = NULL;
     e->forming = NULL;
+    e->loop = NULL;
     e->path = scalar_of(1);
     e->site = (Span){0};
     slots_push(e, slots);
@@ -80,6 +82,7 @@ static void context_leave(Eval *e, uint32_t slots, Context before)
     e->order = before.order;
     e->frame = before.frame;
     e->forming = before.forming;
+    e->loop = before.loop;
     e->path = before.path;
     e->site = before.site;
 }

@@ -134,7 +134,10 @@ static void eval_turn(Eval *e, const Node *node, Value each, Type want, List *li
     const Symbol *symbol = node->note;
     if (!count_item(e, node)) return;
     e->slots[e->base + symbol->slot] = (Slot){.value = each};
+    const Loop loop = {node, &each, e->loop};
+    e->loop = &loop;
     eval_values(e, node->b, want, list, false);
+    e->loop = loop.outer;
 }
 
 void eval_for(Eval *e, const Node *node, Type want, List *list)

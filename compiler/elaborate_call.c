@@ -145,7 +145,7 @@ static Value eval_body(Eval *e, const Node *node, const Callable *callee)
 
 // --- ranges of parameters
 
-static void check_range(Eval *e, const Node *at, const Parameter *p, const Value *value, const Value *range)
+static bool check_range(Eval *e, const Node *at, const Parameter *p, const Value *value, const Value *range)
 {
     for (int k = 0; k < value_size(value->type); k++) {
         Scalar part = value_part(value, k);
@@ -159,35 +159,40 @@ static void check_range(Eval *e, const Node *at, const Parameter *p, const Value
         } else if (within.number == 0) {
             complain(e, at, DIAG_OUT_OF_RANGE, "%s is in %s, and this is %s", p->name, text,
                      value_text(&e->scratch, value, 6));
-            return;
+            return false;
         }
     }
+    return true;
 }
 
-static void check_choices(Eval *e, const Node *at, const Parameter *p, const Value *value, const Value *choices)
+static bool check_choices(Eval *e, const Node *at, const Parameter *p, const Value *value, const Value *choices)
 {
     Scalar any = scalar_of(0);
     for (uint32_t i = 0; i < choices->list.count; i++) {
         Value equal = eval_equal(e, at, value, &choices->list.items[i]);
         any = scalar_op2(e, OP_OR, at, any, equal.scalar);
     }
-    const char *text = value_text(&e->unit->arena, choices, 6);
+    const char *text = "";
+    for (uint32_t i = 0; i < choices->list.count; i++) {
+        const Value *one = &choices->list.items[i];
+        const char *quote = type_is(one->type, TYPE_STRING) ? "\"" : "";
+        text = arena_printf(&e->unit->arena, "%s%s%s%s%s", text, i ? ", " : "", quote, value_text(&e->scratch, one, 6),
+                            quote);
+    }
     if (any.id && !at_point(e, any))
         add_assert(e, at, any, arena_printf(&e->unit->arena, "unknown-choice: %s is one of %s", p->name, text));
-    else if (!any.id && any.number == 0)
-        complain(e, at, DIAG_UNKNOWN_CHOICE, "%s is one of %s", p->name, text);
+    if (any.id || any.number != 0) return true;
+    complain(e, at, DIAG_UNKNOWN_CHOICE, "%s is one of %s", p->name, text);
+    return false;
 }
 
-// `in` of a parameter, in the frame of the call. Known values are tested now, others in each frame.
-static void check_limits(Eval *e, const Node *at, const Parameter *p, const Value *value)
+// `in` of a parameter, in the frame of the call. Known values are tested now, others in each frame. False after a report.
+static bool check_limits(Eval *e, const Node *at, const Parameter *p, const Value *value)
 {
-    if (!p->node->c || value_is_bad(value)) return;
+    if (!p->node->c || value_is_bad(value)) return true;
     Value limits = eval_expr(e, p->node->c);
-    if (value_is_bad(&limits)) return;
-    if (limits.type.list)
-        check_choices(e, at, p, value, &limits);
-    else
-        check_range(e, at, p, value, &limits);
+    if (value_is_bad(&limits)) return false;
+    return limits.type.list ? check_choices(e, at, p, value, &limits) : check_range(e, at, p, value, &limits);
 }
 
 // --- frames
@@ -256,10 +261,8 @@ static bool eval_defaults(Eval *e, const Node *node, const Call *call)
             if (value_is_bad(&value)) return false;
             e->slots[e->base + i] = (Slot){.value = value};
         }
-        int before = e->unit->errors;
         Value value = e->slots[e->base + i].value;
-        check_limits(e, bound_node(call, i, node), p, &value);
-        if (e->unit->errors != before) return false;
+        if (!check_limits(e, bound_node(call, i, node), p, &value)) return false;
     }
     return true;
 }

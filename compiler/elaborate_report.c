@@ -58,6 +58,19 @@ const Node *blame(const Eval *e, const Node *at)
     return at;
 }
 
+// Which turns of the innermost loops it happened in.
+static void label_loops(Eval *e, Diag *d)
+{
+    enum { LOOPS_SHOWN = 2 };
+    int shown = 0;
+    for (const Loop *loop = e->loop; loop && shown < LOOPS_SHOWN; loop = loop->outer) {
+        if (in_prelude(e, loop->node->span) || value_size(loop->each->type) == 0) continue;
+        const char *each = value_varying(loop->each) ? NULL : value_text(&e->scratch, loop->each, 6);
+        if (each) diag_label(e->unit, d, loop->node->name_span, "where %s is %s", loop->node->name, each);
+        shown++;
+    }
+}
+
 Diag *complain(Eval *e, const Node *at, DiagCode code, const char *format, ...)
 {
     va_list values;
@@ -65,15 +78,18 @@ Diag *complain(Eval *e, const Node *at, DiagCode code, const char *format, ...)
     char *text;
     if (vasprintf(&text, format, values) < 0) text = NULL;
     va_end(values);
-    Diag *d = diag(e->unit, blame(e, at)->span, code, "%s", text ? text : "");
+    Span place = blame(e, at)->span;
+    Diag *d = diag(e->unit, place, code, "%s", text ? text : "");
     free(text);
     enum { CALLS_SHOWN = 3 };
     int shown = 0;
     for (const Frame *frame = e->frame; frame && shown < CALLS_SHOWN; frame = frame->outer) {
         if (frame->call->callee->prelude || in_prelude(e, frame->node->span)) continue;
+        if (place.begin >= frame->node->span.begin && place.end <= frame->node->span.end) continue; // one sees it there
         diag_label(e->unit, d, frame->node->name_span, "in this call of %s", frame->call->callee->name);
         shown++;
     }
+    label_loops(e, d);
     if (e->unit->errors - e->errors_before > ERRORS_MAX) e->stop = true;
     return d;
 }

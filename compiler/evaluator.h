@@ -45,6 +45,12 @@ typedef struct Frame { // a call of a fn, tag or tool
     Span site;     // what was `site` where it was called
 } Frame;
 
+typedef struct Loop { // a turn of a for
+    const Node *node;
+    const Value *each;
+    const struct Loop *outer;
+} Loop;
+
 typedef struct Print { // a line of `print`, sorted by the file's item that made it
     struct Print *next;
     uint32_t order, number;
@@ -64,6 +70,7 @@ typedef struct Eval {
     uint32_t base; // of the current frame
     Frame *frame;  // NULL outside of calls
     const Forming *forming;
+    const Loop *loop; // the innermost whose turn this is
     Scalar path;    // the conditions of frame rate under which this is evaluated; asserts hold under them
     Span site;      // inside of the prelude: the call in the scene; else nowhere
     uint32_t order; // of the file's item that is evaluated

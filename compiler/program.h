@@ -43,7 +43,7 @@ typedef struct Parameter {
     const Node *node;           // NODE_PARAMETER of what is written in SCN, else NULL
     const char *default_text;   // of a built-in; NULL: none
     int default_from;           // a built-in's default is this earlier parameter, or -1
-    const char *const *choices; // of a built-in, ended by NULL, or NULL
+    const char *const *choices; // that are known as strings, ended by NULL, or NULL
     struct Symbol *symbol;      // the name in the body (SCN)
     const struct Value *value;  // of a constant default, once it has been evaluated
 } Parameter;
