@@ -231,6 +231,10 @@ static void mix(FieldValue *two, double t)
         two[0] = two[1];
         return;
     }
+    if (two[0].f == -INFINITY || two[1].f == -INFINITY) { // also where the other is all of space
+        two[0] = (FieldValue){.f = -INFINITY};
+        return;
+    }
     two[0].f = (1 - t) * two[0].f + t * two[1].f;
     for (int k = 0; k < 3; k++) two[0].gradient[k] = (1 - t) * two[0].gradient[k] + t * two[1].gradient[k];
 }

@@ -205,7 +205,7 @@ static void weigh(Tracer *r, uint32_t leaf, const Leaf *from, double weight)
 static uint32_t mixed_leaf(Tracer *r, const Leaf *a, const Leaf *b, double t, uint32_t parent)
 {
     bool fixed = a->fixed || b->fixed;
-    const Leaf *infinite = a->fixed ? a : b;
+    const Leaf *infinite = a->fixed && !(b->fixed && b->base[0] < 0) ? a : b; // of both, what is empty
     uint32_t leaf = push_leaf(r, fixed ? infinite->base : (const double[3]){0, 0, 0}, fixed).leaf;
     r->leaves[leaf].parent = parent;
     if (!fixed) {

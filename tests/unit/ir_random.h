@@ -216,7 +216,7 @@ static inline IrId random_node(RandomIr *g, int depth)
 {
     static const char *const names[] = {"head", "eye", "ring"};
     Ir *ir = g->ir;
-    int kind = depth <= 0 || g->left <= 0 ? 0 : random_below(g->random, 20);
+    int kind = depth <= 0 || g->left <= 0 ? 0 : random_below(g->random, 21);
     g->left--;
     switch (kind) {
     case 3:
@@ -239,6 +239,10 @@ static inline IrId random_node(RandomIr *g, int depth)
         return ir_node_text(ir, OP_NAMED, test_span, &field, 1, names[random_below(g->random, 3)]);
     }
     case 18: return ir_op2(ir, OP_SHOW, test_span, random_field(g, depth - 1), random_condition(g));
+    case 20: {
+        IrId a = random_field(g, depth - 1), b = random_field(g, depth - 2);
+        return ir_op3(ir, OP_MORPH, test_span, a, b, random_scalar(g, 0.1, 0.9));
+    }
     case 19:
         if (chance(g, 20)) return ir_node(ir, OP_EMPTY, test_span, NULL, 0);
         // fall through
@@ -345,6 +349,18 @@ static inline void ir_evaluate_matrix(IrValues *v, IrId id)
     (void)ok;
 }
 
+static inline double ir_evaluate_coefficient(IrValues *v, IrId id)
+{
+    IrId base = ir_operand(v->ir, id, 0), quadric = ir_at(v->ir, base)->op == OP_QUADRIC ? base : ir_operand(v->ir, base, 0);
+    double q[10], inverse[12];
+    for (uint32_t k = 0; k < 10; k++) q[k] = v->scalars[ir_operand(v->ir, quadric, k)];
+    if (base == quadric) return q[ir_at(v->ir, id)->index];
+    bool ok = matrix_inverse(v->matrices[ir_operand(v->ir, base, 1)], inverse) && quadric_transform(q, inverse, q);
+    assert(ok && "random maps can be inverted");
+    (void)ok;
+    return q[ir_at(v->ir, id)->index];
+}
+
 // The values of all scalars and matrices of an IR at a time.
 static inline IrValues ir_evaluate(const Ir *ir, Arena *arena, double time, const double *inputs)
 {
@@ -368,6 +384,7 @@ static inline IrValues ir_evaluate(const Ir *ir, Arena *arena, double time, cons
             v.scalars[id] = field_height(field, support, v.values, v.matrices[o[2]], args + 3);
             break;
         }
+        case OP_COEFFICIENT: v.scalars[id] = ir_evaluate_coefficient(&v, id); break;
         default: v.scalars[id] = eval_scalar(node->op, args); break;
         }
     }
