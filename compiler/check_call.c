@@ -483,6 +483,29 @@ static bool given(const Calling *k, const char *name)
     return false;
 }
 
+static void check_light(const Calling *k)
+{
+    Unit *unit = k->c->unit;
+    Span span = k->node->name_span;
+    bool direction = given(k, "direction"), at = given(k, "at"), cone = given(k, "cone");
+    if (!direction && !at) {
+        diag(unit, span, DIAG_MISSING_ARGUMENT,
+             "light needs direction (the way the light travels) or at (a point light), or both and a cone (a spot)");
+    } else if (direction && at && !cone) {
+        diag(unit, span, DIAG_MISSING_ARGUMENT, "a light with both direction and at is a spot: write cone: 40deg too");
+    } else if (cone && !(direction && at)) {
+        diag(unit, span, DIAG_MISSING_ARGUMENT, "a light with a cone is a spot: it needs %s too",
+             direction ? "at, where it stands,"
+             : at      ? "direction, where it looks,"
+                       : "direction and at");
+    } else if (given(k, "soft") && !cone) {
+        diag(unit, span, DIAG_MISSING_ARGUMENT, "soft is the rim of a spot's light: write direction, at and cone too");
+    } else if (given(k, "fade") && !at) {
+        diag(unit, span, DIAG_MISSING_ARGUMENT,
+             "the light of a direction comes from infinitely far and does not fade: write at instead");
+    }
+}
+
 static void check_rules(Calling *k)
 {
     Unit *unit = k->c->unit;
@@ -494,15 +517,7 @@ static void check_rules(Calling *k)
                  "strength, height and depth say the same thing: give one of them");
         }
         break;
-    case BUILTIN_LIGHT:
-        if (!given(k, "direction") && !given(k, "at")) {
-            diag(unit, span, DIAG_MISSING_ARGUMENT,
-                 "light needs direction (the way the light travels) or at (a point light)");
-        } else if (given(k, "direction") && given(k, "at")) {
-            diag(unit, span, DIAG_NOT_YET,
-                 "a light with both direction and at, a spot, is not there yet in this version of scn");
-        }
-        break;
+    case BUILTIN_LIGHT: check_light(k); break;
     case BUILTIN_SCENE:
         if (k->c->body->symbol || k->c->body->block) {
             diag(unit, span, DIAG_MISPLACED,

@@ -288,18 +288,24 @@ enum {
 static Value eval_light(Eval *e, const Node *node, const Call *call, const Value *args)
 {
     Span span = span_of(e, node);
-    bool direction = given(call, LIGHT_DIRECTION);
+    bool direction = given(call, LIGHT_DIRECTION), at = given(call, LIGHT_AT);
     if (direction && zero_const(&args[LIGHT_DIRECTION])) {
         complain(e, bound_node(call, LIGHT_DIRECTION, node), DIAG_OUT_OF_RANGE, "a direction is longer than 0");
         return value_bad();
     }
     test_bounds(e, bound_node(call, LIGHT_INTENSITY, node), args[LIGHT_INTENSITY].scalar, 0, false, INFINITY,
                 "an intensity is at least 0");
+    if (given(call, LIGHT_CONE)) {
+        test_bounds(e, bound_node(call, LIGHT_CONE, node), args[LIGHT_CONE].scalar, 0, true, 2 * M_PI,
+                    "a cone is between 0deg and 360deg");
+    }
+    test_bounds(e, bound_node(call, LIGHT_SOFT, node), args[LIGHT_SOFT].scalar, 0, false, INFINITY,
+                "a soft rim is at least 0deg wide");
+    test_bounds(e, bound_node(call, LIGHT_FADE, node), args[LIGHT_FADE].scalar, 0, false, INFINITY,
+                "a fade is at least 0");
     IrId zero = ir_const(e->ir, 0), ids[14] = {zero, zero, zero, zero, zero, zero};
-    if (direction)
-        push_ids(e, &args[LIGHT_DIRECTION], ids);
-    else
-        push_ids(e, &args[LIGHT_AT], ids + 3);
+    if (direction) push_ids(e, &args[LIGHT_DIRECTION], ids);
+    if (at) push_ids(e, &args[LIGHT_AT], ids + 3);
     for (int k = 0; k < 3; k++) {
         Scalar part = scalar_op2(e, OP_MUL, node, args[LIGHT_COLOR].vector[k], args[LIGHT_INTENSITY].scalar);
         ids[6 + k] = scalar_id(e, part);
@@ -309,8 +315,8 @@ static Value eval_light(Eval *e, const Node *node, const Call *call, const Value
     ids[11] = scalar_id(e, args[LIGHT_RADIUS].scalar);
     ids[12] = scalar_id(e, args[LIGHT_FADE].scalar);
     ids[13] = scalar_id(e, args[LIGHT_SHADOW].scalar);
-    return value_node(TYPE_LIGHT,
-                      ir_node_index(e->ir, OP_LIGHT, span, ids, 14, direction ? LIGHT_DIRECTIONAL : LIGHT_POINT));
+    LightKind kind = !at ? LIGHT_DIRECTIONAL : direction ? LIGHT_SPOT : LIGHT_POINT;
+    return value_node(TYPE_LIGHT, ir_node_index(e->ir, OP_LIGHT, span, ids, 14, kind));
 }
 
 static Value eval_material(Eval *e, const Node *node, const Call *call, const Value *args)

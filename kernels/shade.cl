@@ -69,6 +69,14 @@ static FLOAT integer_power(FLOAT base, uint exponent)
 }
 #endif
 
+// The share of a point light's or a spot's light that comes from the direction l, over a distance whose square is given.
+INLINE FLOAT light_strength(__global const LightConstants *light, Vector l, FLOAT square)
+{
+    FLOAT c = -(light->axis[0] * l.x + light->axis[1] * l.y + light->axis[2] * l.z);
+    FLOAT s = least(most((c - light->rim) * light->rise, 0.0f), 1.0f);
+    return s * s * (3.0f - 2.0f * s) / (1.0f + light->fade * square);
+}
+
 // The colour that the material of some lanes gives: color (ambient + emission), with the first lights, and for each light that is visible,
 // color diffuse (n l) + specular (r v)^shininess, per light colour.
 static void shade_material(__global const MaterialConstants *m, __global const LightConstants *lights, uint light_count,
@@ -88,16 +96,19 @@ static void shade_material(__global const MaterialConstants *m, __global const L
         l.x = light->at[0];
         l.y = light->at[1];
         l.z = light->at[2];
+        FLOAT square = 1.0f;
         if (light->point) {
             l.x -= p.x;
             l.y -= p.y;
             l.z -= p.z;
-            FLOAT scale = inverse_root(l.x * l.x + l.y * l.y + l.z * l.z);
+            square = l.x * l.x + l.y * l.y + l.z * l.z;
+            FLOAT scale = inverse_root(square);
             l.x *= scale;
             l.y *= scale;
             l.z *= scale;
         }
         FLOAT nl = n.x * l.x + n.y * l.y + n.z * l.z;
+        FLOAT strength = light->point ? light_strength(light, l, square) : (FLOAT)(1.0f);
         FLOAT rv = most(2.0f * nl * nv - (l.x * v.x + l.y * v.y + l.z * v.z), 0.0f);
 #ifdef INTEGER_SHININESS
         FLOAT shine = m->shininess == floor(m->shininess) && m->shininess <= 1024.0f ? integer_power(rv, (uint)m->shininess) : power(rv, m->shininess);
@@ -105,8 +116,8 @@ static void shade_material(__global const MaterialConstants *m, __global const L
         FLOAT shine = power(rv, m->shininess);
 #endif
         FLOAT zero = 0.0f;
-        FLOAT diffuse = lit ? m->diffuse * most(nl, 0.0f) : zero;
-        shine = lit ? m->specular * shine : zero;
+        FLOAT diffuse = lit ? strength * m->diffuse * most(nl, 0.0f) : zero;
+        shine = (lit & (nl > 0.0f)) ? strength * m->specular * shine : zero; // also where nothing asked for shadows
         c.x += light->color[0] * (m->color[0] * diffuse + shine);
         c.y += light->color[1] * (m->color[1] * diffuse + shine);
         c.z += light->color[2] * (m->color[2] * diffuse + shine);

@@ -77,6 +77,9 @@ typedef struct LightConstants {
     float at[3];       // directional: towards the light, unit length; point: its place; in the primary view's p
     unsigned point;    // 1: a point light
     unsigned shadow;
+    float fade;        // of a point light: its light is divided by 1 + fade d^2, d in units
+    float axis[3];     // of a spot: the way its light travels, in the primary view's axes
+    float rim, rise;   // c the cosine of the angle to the axis: smooth((c - rim) rise) of the light; everywhere 1 with rim -2 and rise 1
     unsigned first_view, view_count;
 } LightConstants;
 

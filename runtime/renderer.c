@@ -15,7 +15,7 @@
 _Static_assert(sizeof(QuadricRecord) == 64, "as on the device");
 _Static_assert(sizeof(PlanNode) == 32, "as on the device");
 _Static_assert(sizeof(ViewConstants) == 19 * 4, "as on the device");
-_Static_assert(sizeof(LightConstants) == 10 * 4, "as on the device");
+_Static_assert(sizeof(LightConstants) == 16 * 4, "as on the device");
 _Static_assert(sizeof(MaterialConstants) == 8 * 4, "as on the device");
 _Static_assert(sizeof(FrameConstants) == 31 * 4, "as on the device");
 
@@ -176,6 +176,23 @@ void renderer_bounds(Renderer *r, const double *values, Box *box)
 
 // Views.
 
+// The cosines at the rim of a spot's light and where it is full; softer than a float can tell is hard.
+static void make_spot(LightConstants *c, const PlanLight *light, const double *v, const Projection *primary)
+{
+    double fade = v[12] / primary->unit, length = sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+    c->fade = fade > 0 ? (float)(1 / (fade * fade)) : 0;
+    c->rim = -2;
+    c->rise = 1;
+    if (light->kind != LIGHT_SPOT) return;
+    double full = cos(fmin(v[9] / 2, M_PI)), rim = cos(fmin(v[9] / 2 + v[10], M_PI));
+    c->rim = (float)rim;
+    c->rise = (float)(1 / fmax(full - rim, 1e-6));
+    for (int axis = 0; axis < 3; axis++) {
+        const double *a = primary->axis[axis];
+        c->axis[axis] = (float)((a[0] * v[0] + a[1] * v[1] + a[2] * v[2]) / (length > 0 ? length : 1));
+    }
+}
+
 static int make_lights(Renderer *r, const double *values, const Box *bounds)
 {
     const Plan *plan = r->plan;
@@ -196,6 +213,7 @@ static int make_lights(Renderer *r, const double *values, const Box *bounds)
                                  : -(a[0] * v[0] + a[1] * v[1] + a[2] * v[2]) / (length > 0 ? length : 1);
             c->at[axis] = (float)at;
         }
+        make_spot(c, light, v, primary);
         for (int view = 0; view < views; view++) r->view_constants[count + view].faced = views > 1;
         count += views;
     }

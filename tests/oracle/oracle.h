@@ -142,6 +142,9 @@ void oracle_shade(Oracle *oracle, const OracleRay *ray, const OracleHit *hit, in
 bool oracle_light_ray(const Oracle *oracle, const OracleLight *light, const double point[3], const double normal[3], double bias,
                       OracleRay *ray);
 
+// The share of a light that reaches a point where nothing is in the way: what fading and a spot's cone leave.
+double oracle_light_part(const OracleLight *light, const double point[3]);
+
 // Every stride-th pixel of every stride-th line of a width × height picture, as width/stride × height/stride × 3 floats into
 // `rgb`. `samples` as above.
 void oracle_render(Oracle *oracle, int width, int height, int stride, int samples, double bias, float *rgb);

@@ -57,6 +57,22 @@ bool oracle_light_ray(const Oracle *oracle, const OracleLight *light, const doub
     return dot(ray->direction, normal) > 0;
 }
 
+double oracle_light_part(const OracleLight *light, const double point[3])
+{
+    if (light->kind == LIGHT_DIRECTIONAL) return 1;
+    double way[3], axis[3];
+    for (int i = 0; i < 3; i++) {
+        way[i] = point[i] - light->v[3 + i];
+        axis[i] = light->v[i];
+    }
+    double distance = normalise(way), fade = light->v[12] > 0 ? distance / light->v[12] : 0, part = 1 / (1 + fade * fade);
+    if (light->kind != LIGHT_SPOT) return part;
+    normalise(axis);
+    double c = dot(way, axis), full = cos(fmin(light->v[9] / 2, acos(-1.0))), rim = cos(fmin(light->v[9] / 2 + light->v[10], acos(-1.0)));
+    double s = c <= rim ? 0 : c >= full ? 1 : (c - rim) / (full - rim);
+    return part * s * s * (3 - 2 * s);
+}
+
 void oracle_shade(Oracle *oracle, const OracleRay *ray, const OracleHit *hit, int samples, double bias, double color[3])
 {
     const double *m = oracle->leaves[hit->leaf].material;
@@ -71,8 +87,9 @@ void oracle_shade(Oracle *oracle, const OracleRay *ray, const OracleHit *hit, in
         if (shadow && (samples ? oracle_reference_blocked(oracle, &to_light, samples) : oracle_blocked(oracle, &to_light))) continue;
         double lit = dot(normal, to_light.direction), mirrored = 0;
         for (int i = 0; i < 3; i++) mirrored -= (2 * lit * normal[i] - to_light.direction[i]) * ray->direction[i];
+        double part = oracle_light_part(light, hit->point);
         double shine = mirrored > 0 ? m[5] * pow(mirrored, m[6]) : 0;
-        for (int i = 0; i < 3; i++) color[i] += (m[i] * m[4] * lit + shine) * light->v[6 + i];
+        for (int i = 0; i < 3; i++) color[i] += part * (m[i] * m[4] * lit + shine) * light->v[6 + i];
     }
 }
 

@@ -151,7 +151,8 @@ static int light_part(const Comparison *c, uint32_t k, const OracleRay *ray, con
         for (int b = -1; b <= 1; b++) {
             if (n >= 0 && b) continue;
             bool facing = oracle_light_ray(c->oracle, light, at->point, at->normal, c->bias * pow(4, b), &to_light);
-            if (!facing || oracle_blocked(c->oracle, &to_light)) hidden = true;
+            bool shadows = light->v[13] != 0;
+            if (!facing || (shadows && oracle_blocked(c->oracle, &to_light))) hidden = true;
             else seen = true;
         }
     }
@@ -159,7 +160,8 @@ static int light_part(const Comparison *c, uint32_t k, const OracleRay *ray, con
     double lit = fmax(dot(hit->normal, to_light.direction), 0), mirrored = 0;
     for (int i = 0; i < 3; i++) mirrored -= (2 * lit * hit->normal[i] - to_light.direction[i]) * ray->direction[i];
     double shine = mirrored > 0 && lit > 0 ? m[5] * pow(mirrored, m[6]) : 0;
-    for (int i = 0; i < 3; i++) part[i] = (m[i] * m[4] * lit + shine) * light->v[6 + i];
+    double share = oracle_light_part(light, hit->point);
+    for (int i = 0; i < 3; i++) part[i] = share * (m[i] * m[4] * lit + shine) * light->v[6 + i];
     return seen && hidden ? 2 : seen;
 }
 

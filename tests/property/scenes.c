@@ -345,6 +345,12 @@ static void light(Maker *m, int number, bool unusual)
     fprintf(m->out, "light l%d { ", number);
     if (kind < 2) fprintf(m->out, "direction: (%.9g, %.9g, %.9g); ", d[0], d[1], d[2]);
     else fprintf(m->out, "at: (%.9g, %.9g, %.9g); ", away * d[0], away * d[1], away * d[2]);
+    if (kind >= 2 && !below(m, 3)) fprintf(m->out, "fade: %.9g; ", away * any(m, 0.5, 2));
+    if (kind >= 2 && !below(m, 3)) {
+        fprintf(m->out, "direction: (%.9g, %.9g, %.9g); cone: %.9gdeg; soft: %.9gdeg; ", any(m, -0.1, 0.1) - d[0], any(m, -0.1, 0.1) - d[1],
+                any(m, -0.1, 0.1) - d[2], any(m, 10, 60), any(m, 5, 20));
+    }
+    if (unusual && !below(m, 4)) fprintf(m->out, "shadow: false; ");
     fprintf(m->out, "color: (%.9g, %.9g, %.9g); }\n", any(m, 0.2, 0.6), any(m, 0.2, 0.6), any(m, 0.2, 0.6));
 }
 
