@@ -82,10 +82,58 @@ static Bezier2 record_bezier(__global const QuadricRecord *r, FLOAT u, FLOAT v, 
     return a;
 }
 
+#if WIDTH > 1
+#define ACTIVE_LIMIT 96 // perturbations that meet one packet; more of them take the slower way
+#endif
+
+// The supports that a packet meets between two places, and where. For packets of 1, and where there are more than ACTIVE_LIMIT: all of the list, found again
+// each time they are asked for, so that what a ray takes grows with their square.
+typedef struct Supports {
+    uint begin, count;
+    int all;
+#if WIDTH > 1
+    uint ids[ACTIVE_LIMIT];
+    Roots roots[ACTIVE_LIMIT];
+#endif
+} Supports;
+
+static void supports_find(Supports *supports, const Ray *ray, uint begin, uint stop, FLOAT t, FLOAT bound)
+{
+    supports->begin = begin;
+    supports->count = stop - begin;
+    supports->all = 1;
+#if WIDTH > 1
+    uint count = 0;
+    for (uint k = begin; k < stop; k++) {
+        __global const QuadricRecord *record = ray->records + ray->list[k];
+        Roots r = record_roots(record, ray->u, ray->v);
+        INT meets = record->flags & RECORD_OUTSIDE ? (r.r0 > t) | (r.r1 < bound) : (r.r0 < bound) & (r.r1 > t);
+        if (!ANY(meets & (t < bound))) continue;
+        if (count == ACTIVE_LIMIT) return;
+        supports->ids[count] = ray->list[k];
+        supports->roots[count++] = r;
+    }
+    supports->count = count;
+    supports->all = 0;
+#endif
+}
+
+static __global const QuadricRecord *supports_get(const Supports *supports, const Ray *ray, uint k, Roots *roots)
+{
+#if WIDTH > 1
+    if (!supports->all) {
+        *roots = supports->roots[k];
+        return ray->records + supports->ids[k];
+    }
+#endif
+    __global const QuadricRecord *record = ray->records + ray->list[supports->begin + k];
+    *roots = record_roots(record, ray->u, ray->v);
+    return record;
+}
+
 // The first place from t on, before the bound, at which sign * F' turns positive: t itself if it is so there, unless it is known that it is not (the
-// place is a root, where floats give either sign). Infinity (or anything from the bound on) if there is none. Any base, any strength, any support; no
-// memory but registers: what is not kept is computed again. The perturbations are ray->list[begin .. stop). Written to be right; freeform_first()
-// below is for speed.
+// place is a root, where floats give either sign). Infinity (or anything from the bound on) if there is none. Any base, any strength, any support. The
+// perturbations are ray->list[begin .. stop). Written to be right; freeform_first() below is for speed.
 NOINLINE FLOAT freeform_next(const Ray *ray, uint id, uint begin, uint stop, FLOAT t, FLOAT bound, float sign, INT known)
 {
     __global const QuadricRecord *base = ray->records + id;
@@ -93,11 +141,14 @@ NOINLINE FLOAT freeform_next(const Ray *ray, uint id, uint begin, uint stop, FLO
     Roots base_roots = record_roots(base, u, v);
     FLOAT found = INFINITY;
     INT live = t < bound;
+    Supports supports;
+    supports_find(&supports, ray, begin, stop, t, bound);
     while (ANY(live)) {
         // The piece [t, end] up to the next end of a support.
         FLOAT end = bound;
-        for (uint k = begin; k < stop; k++) {
-            Roots r = record_roots(ray->records + ray->list[k], u, v);
+        for (uint k = 0; k < supports.count; k++) {
+            Roots r;
+            supports_get(&supports, ray, k, &r);
             FLOAT next = r.r0 > t ? r.r0 : r.r1 > t ? r.r1 : (FLOAT)(INFINITY);
             end = least(end, next);
         }
@@ -105,9 +156,9 @@ NOINLINE FLOAT freeform_next(const Ray *ray, uint id, uint begin, uint stop, FLO
         Bernstein sum;
         sum.c0 = sum.c1 = sum.c2 = sum.c3 = sum.c4 = sum.c5 = sum.c6 = 0.0f;
         INT active = t > end; // none
-        for (uint k = begin; k < stop; k++) {
-            __global const QuadricRecord *record = ray->records + ray->list[k];
-            Roots r = record_roots(record, u, v);
+        for (uint k = 0; k < supports.count; k++) {
+            Roots r;
+            __global const QuadricRecord *record = supports_get(&supports, ray, k, &r);
             INT in = record->flags & RECORD_OUTSIDE ? (end <= r.r0) | (t >= r.r1) : (r.r0 <= t) & (end <= r.r1);
             if (!ANY(in & live)) continue;
             active = active | in;
@@ -147,20 +198,48 @@ NOINLINE FLOAT freeform_next(const Ray *ray, uint id, uint begin, uint stop, FLO
 }
 
 #if WIDTH > 1
-#define ACTIVE_LIMIT 96 // perturbations that meet one packet; more of them take the slower way
+INLINE FLOAT closed_h2(__global const QuadricRecord *r, FLOAT du, FLOAT dv)
+{
+    FLOAT h2 = centred_h2(r, du, dv);
+    if (!(r->flags & RECORD_CENTRED)) h2 += r->d * du + r->e * dv;
+    return h2;
+}
 
-// As freeform_next() with sign 1 for rays that begin outside, with closed bases and supports: what is seen of free forms from outside. Keeps what it
-// learnt of each perturbation that meets the packet. Answers 0 where that does not hold, and the caller takes freeform_next().
+// What is known of a perturbation that meets a packet: where its support begins and ends (between them, or if its record says so before and after them), and
+// two numbers of its record there: tm and h2, or beta and q.
+typedef struct Kept {
+    FLOAT low, high, middle, square;
+} Kept;
+
+// Fills `kept` of a perturbation of any kind. What adds to its free form moves *first and *far to where it begins and ends; 0 if that is not near.
+static int keep_any(Kept *kept, __global const QuadricRecord *r, FLOAT u, FLOAT v, FLOAT start, FLOAT limit, FLOAT *first, FLOAT *far)
+{
+    int outside = (r->flags & RECORD_OUTSIDE) != 0, general = (r->flags & RECORD_GENERAL) != 0;
+    Roots roots = record_roots(r, u, v);
+    FLOAT du = u - r->uc, dv = v - r->vc;
+    *kept = (Kept){roots.r0, roots.r1, general ? record_beta(r, u, v) : record_tm(r, du, dv),
+                   general ? record_q(r, u, v) : record_h2(r, du, dv)};
+    if ((r->lead < 0.0f) == outside) return 1; // a negative strength
+    INT used = (roots.r0 < limit) & (roots.r1 > start);
+    if (outside || ANY(used & ((roots.r0 == -INFINITY) | (roots.r1 == INFINITY)))) return 0;
+    *first = least(*first, used ? roots.r0 : *first);
+    *far = most(*far, used ? roots.r1 : *far);
+    return 1;
+}
+
+// As freeform_next() with sign 1 for rays that begin outside of a closed base: what is seen of free forms from outside. Keeps what it learnt of each
+// perturbation that meets the packet. Answers 0 where that does not hold, and the caller takes freeform_next().
 INLINE int freeform_fast(const Ray *ray, uint id, uint begin, uint stop, FLOAT start, FLOAT bound, FLOAT *answer)
 {
-    FLOAT lows[ACTIVE_LIMIT], highs[ACTIVE_LIMIT], middles[ACTIVE_LIMIT], squares[ACTIVE_LIMIT];
+    Kept kept[ACTIVE_LIMIT];
     float leads[ACTIVE_LIMIT];
+    uint flags[ACTIVE_LIMIT], all_flags = 0;
     __global const QuadricRecord *base = ray->records + id;
-    if (base->flags & RECORD_SLOW) return 0;
+    if (base->flags & (RECORD_GENERAL | RECORD_OUTSIDE)) return 0;
 
     FLOAT u = ray->u, v = ray->v;
     FLOAT base_du = u - base->uc, base_dv = v - base->vc;
-    FLOAT base_h2 = centred_h2(base, base_du, base_dv);
+    FLOAT base_h2 = closed_h2(base, base_du, base_dv);
     FLOAT base_tm = record_tm(base, base_du, base_dv);
     FLOAT base_h = root(base_h2);
     INT meets = base_h2 > 0.0f;
@@ -169,19 +248,30 @@ INLINE int freeform_fast(const Ray *ray, uint id, uint begin, uint stop, FLOAT s
     if (ANY((entry <= start) & (leaves > start) & (start < bound))) return 0;
     entry = entry > start ? entry : (FLOAT)(INFINITY);
 
-    // Where all strengths are positive the base's own entry ends the search.
+    // Where all strengths are positive the base's own entry ends the search; where all are negative there is nothing before it, and nothing behind the base.
     int is_signed = (base->flags & RECORD_SIGNED) != 0;
     FLOAT limit = is_signed ? bound : least(bound, entry);
+    FLOAT t = is_signed ? entry : (FLOAT)(INFINITY);
+    if (is_signed && !(base->flags & RECORD_GROWS)) {
+        limit = entry < bound ? least(bound, leaves) : (FLOAT)(-INFINITY);
+        start = most(start, entry);
+    }
     if (ray->shadow && !is_signed) limit = entry < bound ? start : limit;
-    FLOAT t = INFINITY;
+    FLOAT far = meets ? leaves : (FLOAT)(-INFINITY);
     uint count = 0;
     float limit_of_all = highest(limit);
     for (uint k = begin; k < stop; k++) {
         __global const QuadricRecord *r = ray->records + ray->list[k];
         if (r->w_low > limit_of_all) continue;
+        if (r->flags & (RECORD_GENERAL | RECORD_OUTSIDE)) {
+            if (!is_signed || count == ACTIVE_LIMIT || !keep_any(kept + count, r, u, v, start, limit, &t, &far)) return 0;
+            all_flags |= r->flags;
+            leads[count] = r->lead;
+            flags[count++] = r->flags;
+            continue;
+        }
         FLOAT du = u - r->uc, dv = v - r->vc;
-        FLOAT h2 = centred_h2(r, du, dv);
-        if (r->flags & RECORD_SLOW) return 0;
+        FLOAT h2 = closed_h2(r, du, dv);
         FLOAT tm = record_tm(r, du, dv);
         FLOAT behind = tm - limit;
         if (!ANY((h2 > 0.0f) & ((behind < 0.0f) | (behind * behind < h2)))) continue; // as low < limit, without the root
@@ -191,21 +281,23 @@ INLINE int freeform_fast(const Ray *ray, uint id, uint begin, uint stop, FLOAT s
         INT used = (h2 > 0.0f) & (low < limit) & (high > start);
         if (!ANY(used)) continue;
         low = used ? low : (FLOAT)(INFINITY);
-        t = least(t, low);
-        lows[count] = low;
-        highs[count] = high;
-        middles[count] = tm;
-        squares[count] = h2;
+        if (r->lead < 0.0f) { // a positive strength: what it adds may begin and end here
+            t = least(t, low);
+            far = most(far, used ? high : far);
+        }
+        kept[count] = (Kept){low, high, tm, h2};
         leads[count] = r->lead;
-        count++;
+        flags[count++] = 0;
     }
-    FLOAT found = entry < least(t, bound) ? entry : (FLOAT)(INFINITY);
+    if (is_signed) limit = least(limit, far);
+    FLOAT found = INFINITY;
+    if (!is_signed) found = entry < least(t, bound) ? entry : found;
     t = most(t, start);
     INT live = (t < limit) & !(found < bound);
     while (ANY(live)) {
         FLOAT end = limit;
         for (uint k = 0; k < count; k++) {
-            FLOAT next = lows[k] > t ? lows[k] : highs[k] > t ? highs[k] : (FLOAT)(INFINITY);
+            FLOAT next = kept[k].low > t ? kept[k].low : kept[k].high > t ? kept[k].high : (FLOAT)(INFINITY);
             end = least(end, next);
         }
         Bernstein sum;
@@ -213,13 +305,24 @@ INLINE int freeform_fast(const Ray *ray, uint id, uint begin, uint stop, FLOAT s
         INT active = t > end; // none
         FLOAT zero = 0.0f;
         for (uint k = 0; k < count; k++) {
-            INT in = live & (lows[k] <= t) & (highs[k] >= end);
+            INT in = live;
+            if (all_flags && (flags[k] & RECORD_OUTSIDE)) in = in & ((kept[k].low >= end) | (kept[k].high <= t));
+            else in = in & (kept[k].low <= t) & (kept[k].high >= end);
             if (!ANY(in)) continue;
             active = active | in;
-            FLOAT dl = t - middles[k], dh = end - middles[k];
-            FLOAT a0 = leads[k] * (dl * dl - squares[k]);
-            FLOAT a1 = leads[k] * (dl * dh - squares[k]);
-            FLOAT a2 = leads[k] * (dh * dh - squares[k]);
+            float lead = leads[k];
+            FLOAT a0, a1, a2;
+            if (all_flags && (flags[k] & RECORD_GENERAL)) {
+                FLOAT beta = kept[k].middle, q = kept[k].square;
+                a0 = t * (lead * t - 2.0f * beta) + q;
+                a1 = lead * t * end - beta * (t + end) + q;
+                a2 = end * (lead * end - 2.0f * beta) + q;
+            } else {
+                FLOAT dl = t - kept[k].middle, dh = end - kept[k].middle, h2 = kept[k].square;
+                a0 = lead * (dl * dl - h2);
+                a1 = lead * (dl * dh - h2);
+                a2 = lead * (dh * dh - h2);
+            }
             add_cube(&sum, in ? a0 : zero, in ? a1 : zero, in ? a2 : zero);
         }
         if (is_signed) {

@@ -36,8 +36,8 @@ typedef struct QuadricRecord {
 #define RECORD_GENERAL 1u // the second form
 #define RECORD_OUTSIDE 2u // Q >= 0 outside the roots, not between them
 #define RECORD_SIGNED 4u  // a free form's base: some perturbation has a negative strength
+#define RECORD_GROWS 8u   // a free form's base: some perturbation has a positive strength
 #define RECORD_CENTRED 16u
-#define RECORD_SLOW 8u    // cannot be solved by the fast free form path: not RECORD_CENTRED, or RECORD_OUTSIDE
 
 // Numbers of the plan. All leaves and perturbations have one number each, in prefix order: a component's first leaf, that leaf's
 // perturbations (or, if it is a group, that group's components), its second leaf … A component is named by the number of its first leaf.

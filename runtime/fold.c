@@ -112,7 +112,7 @@ static bool is_float(double x)
 
 static void general_record(const ScreenQuadric *f, double factor, QuadricRecord *r)
 {
-    r->flags |= RECORD_GENERAL | RECORD_SLOW;
+    r->flags |= RECORD_GENERAL;
     // The kernel divides by the leading coefficient, which may be 0 or noise: then the second root is beyond all that is seen.
     double lead = f->ww, least = 1e-13 * fold_largest(f);
     if (fabs(lead) < least) lead = lead > 0 ? least : -least;
@@ -156,7 +156,7 @@ double fold_record(const ScreenQuadric *f, double factor, QuadricRecord *r)
 {
     memset(r, 0, sizeof *r);
     double largest = fold_largest(f);
-    if (f->ww > 0) r->flags |= RECORD_OUTSIDE | RECORD_SLOW;
+    if (f->ww > 0) r->flags |= RECORD_OUTSIDE;
     bool lead = fabs(f->ww) > LEAD_RANK * largest;
     Conic k = {0};
     if (lead) find_conic(f, &k);
@@ -168,7 +168,7 @@ double fold_record(const ScreenQuadric *f, double factor, QuadricRecord *r)
         general_record(f, factor, r);
         return factor;
     }
-    r->flags |= centred ? RECORD_CENTRED : RECORD_SLOW;
+    if (centred) r->flags |= RECORD_CENTRED;
     r->uc = (float)k.uc;
     r->vc = (float)k.vc;
     r->h0 = (float)k.h0;

@@ -209,7 +209,7 @@ static void fold_perturbations(Folding *f, const PlanLeaf *leaf, bool shown, dou
             if (f->records) {
                 fold_record(&folded, cbrt(strength * factor), &f->records[number]);
                 f->records[number].w_low = (float)support.low[2];
-                if (strength < 0) base->flags |= RECORD_SIGNED;
+                base->flags |= strength < 0 ? RECORD_SIGNED : RECORD_GROWS;
             }
         } else if (f->records) {
             fold_hidden(&f->records[number]);
