@@ -5,7 +5,9 @@
 #include <math.h>
 #include <string.h>
 
+#include "compiler/eval.h"
 #include "compiler/quadric.h"
+#include "compiler/tape.h"
 
 static const double straight = 1e-12; // relative to the largest of its kind, below it a number is rounding's
 
@@ -433,10 +435,37 @@ static const Bounds *added_by(Scene *s, uint32_t begin, uint32_t count)
     return &s->added;
 }
 
+// The box around a box of the field's own coordinates, seen in the world.
+static Bounds moved_bounds(const Bounds *local, const double inverse[12])
+{
+    Bounds box = nothing();
+    double m[12];
+    if (bounds_empty(local)) return box;
+    if (!bounds_finite(local) || !matrix_inverse(inverse, m)) return everything();
+    for (int corner = 0; corner < 8; corner++) {
+        double p[3];
+        for (int k = 0; k < 3; k++) p[k] = corner >> k & 1 ? local->high[k] : local->low[k];
+        matrix_point(m, p, p);
+        for (int k = 0; k < 3; k++) {
+            box.low[k] = fmin(box.low[k], -up(-p[k], 0));
+            box.high[k] = fmax(box.high[k], up(p[k], 0));
+        }
+    }
+    return box;
+}
+
+static Bounds field_bounds(const Scene *s, const PlanLeaf *leaf)
+{
+    Bounds local;
+    tape_bounds(s->plan, &s->plan->tapes[leaf->begin], s->values, local.low, local.high);
+    return moved_bounds(&local, s->values + leaf->quadric);
+}
+
 static Bounds leaf_bounds(Scene *s, const PlanLeaf *leaf)
 {
     if (leaf->kind == LEAF_GROUP) return group_bounds(s, leaf->begin);
     if (leaf->shown != NO_SLOT && s->values[leaf->shown] == 0) return nothing();
+    if (leaf->kind == LEAF_FIELD) return field_bounds(s, leaf);
     Bounds box = bounds_of_quadric(s->values + leaf->quadric);
     if (leaf->kind != LEAF_FREEFORM) return box;
     hull(&box, added_by(s, leaf->begin, leaf->count));

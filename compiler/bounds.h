@@ -9,6 +9,7 @@
 //                    between planes, and sums of two quadrics (where both are positive, so is their sum): a turned box,
 //                    a cylinder or a cone with caps are bounded by what none of their parts bounds alone
 //   a free form      the hull of its base and of where perturbations add to it
+//   a general field  what intervals cannot exclude (tape_bounds() of compiler/tape.h)
 //   a union          the hull of its parts
 #ifndef SCN_COMPILER_BOUNDS_H
 #define SCN_COMPILER_BOUNDS_H

@@ -101,6 +101,10 @@ static Plan *make_plan(Compilation *c, const Ir *ir, PlanOrigins *origins)
     case LOWER_TOO_MANY:
         diag(c->unit, (Span){0}, DIAG_TOO_MANY_ITEMS, "the scene has more than 10 million leaves: use fewer copies");
         break;
+    case LOWER_TOO_LONG:
+        diag(c->unit, (Span){0}, DIAG_TOO_MANY_ITEMS, "the expression of a field has more than %u operations",
+             TAPE_STEPS_MAX);
+        break;
     case LOWER_TOO_DEEP:
         diag(c->unit, (Span){0}, DIAG_TOO_DEEP,
              "unions and intersections of many parts are nested more than %d deep: join what can be one union",

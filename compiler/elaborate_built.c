@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "compiler/evaluator.h"
+#include "compiler/expression.h"
 
 static Value arg_default(Eval *e, const Call *call, const Value *args, uint32_t i)
 {
@@ -36,7 +37,7 @@ static bool varies_at_point(const Eval *e, const Value *value)
 static bool test_rates(Eval *e, const Node *node, const Call *call, const Value *args)
 {
     BuiltinKind kind = (BuiltinKind)builtins[call->callee->id].kind;
-    if (kind == KIND_FUNCTION) return true;
+    if (kind == KIND_FUNCTION || call->callee->id == BUILTIN_FIELD) return true;
     for (uint32_t i = 0; i < call->callee->count; i++) {
         if (type_bad(args[i].type) || !varies_at_point(e, &args[i])) continue;
         if (patch_takes_points(call->callee->id, i)) continue;
@@ -106,6 +107,17 @@ static Value eval_quadric(Eval *e, const Node *node, const Value *args)
     IrId ids[10];
     for (int k = 0; k < 10; k++) ids[k] = coefficient(e, args[k].scalar);
     return value_node(TYPE_QUADRIC, ir_node(e->ir, OP_QUADRIC, span_of(e, node), ids, 10));
+}
+
+static Value eval_field(Eval *e, const Node *node, const Call *call, const Value *args)
+{
+    IrOp unknown = args[0].scalar.id ? expression_unknown(e->ir, args[0].scalar.id) : OP_NONE;
+    if (unknown) {
+        complain(e, bound_node(call, 0, node), DIAG_NOT_YET,
+                 "%s at a point of a field is not there yet in this version of scn", ir_ops[unknown].name);
+        return value_bad();
+    }
+    return value_node(TYPE_OBJECT, ir_op1(e->ir, OP_FIELD, span_of(e, node), scalar_id(e, args[0].scalar)));
 }
 
 // --- perturbations
@@ -466,6 +478,7 @@ Value eval_builtin(Eval *e, const Node *node, const Call *call, const Value *rec
     switch (callee->id) {
     case BUILTIN_QUADRIC: return eval_quadric(e, node, args);
     case BUILTIN_MORPH: return eval_morph(e, node, call, args);
+    case BUILTIN_FIELD: return eval_field(e, node, call, args);
     case BUILTIN_PERTURB: return eval_perturb(e, node, call, args);
     case BUILTIN_CAMERA: return eval_camera(e, node, call, args);
     case BUILTIN_LIGHT: return eval_light(e, node, call, args);

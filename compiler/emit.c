@@ -47,7 +47,7 @@ static const char *direction(const Emitter *e)
 
 static bool is_leaf(const PlanShapeNode *node)
 {
-    return node->kind == SHAPE_QUADRIC || node->kind == SHAPE_FREEFORM || node->kind == SHAPE_GROUP;
+    return node->kind >= SHAPE_QUADRIC;
 }
 
 // Whether components of the shape bring items of their own into lists.
@@ -73,6 +73,7 @@ static void describe(Emitter *e)
     switch ((ShapeNodeKind)node->kind) {
     case SHAPE_QUADRIC: fputs("quadric", e->out); return;
     case SHAPE_FREEFORM: fputs("free form", e->out); return;
+    case SHAPE_FIELD: fputs("field", e->out); return;
     case SHAPE_GROUP: fprintf(e->out, "group %u", node->count); return;
     case SHAPE_UNION: fputs("union(", e->out); break;
     case SHAPE_INTERSECT: fputs("intersect(", e->out); break;
@@ -94,11 +95,13 @@ static void emit_leaves(Emitter *e)
         if (!is_leaf(node)) continue;
         uint32_t n = node->leaf;
         if (!last) line(e, "uint leaf%u = id;", n);
-        else if (last->kind == SHAPE_QUADRIC) line(e, "uint leaf%u = leaf%u + 1u;", n, last->leaf);
+        else if (last->kind == SHAPE_QUADRIC || last->kind == SHAPE_FIELD) line(e, "uint leaf%u = leaf%u + 1u;", n, last->leaf);
         else line(e, "uint leaf%u = ray->nodes[leaf%u].end;", n, last->leaf);
         if (node->kind == SHAPE_QUADRIC) {
             line(e, "uint flags%u = ray->records[leaf%u].flags;", n, n);
             line(e, "Roots roots%u = record_roots(ray->records + leaf%u, ray->u, ray->v);", n, n);
+        } else if (node->kind == SHAPE_FIELD) {
+            line(e, "Stretch stretch%u = {INFINITY, -INFINITY};", n);
         } else {
             if (before) line(e, "uint begin%u = list_until(ray, begin, stop, leaf%u);", n, n);
             else line(e, "uint begin%u = begin;", n);
@@ -125,6 +128,9 @@ static uint32_t emit_advance(Emitter *e, const char *from)
         return result;
     case SHAPE_FREEFORM:
         line(e, "FLOAT t%u = freeform_advance(ray, leaf%u, begin%u, stop%u, &stretch%u, %s, bound, %s);", result, n, n, n, n, from, sign);
+        return result;
+    case SHAPE_FIELD:
+        line(e, "FLOAT t%u = field_advance(ray, leaf%u, &stretch%u, %s, bound, %s);", result, n, n, from, sign);
         return result;
     case SHAPE_GROUP:
         line(e, "FLOAT t%u = group_%u_%s_advance(ray, begin%u, stop%u, &stretch%u, &decided%u, %s, bound);", result, node->count,
@@ -168,7 +174,7 @@ static void emit_decided(Emitter *e, const char *t)
         if (node->kind == SHAPE_QUADRIC)
             line(e, "rank = %s == quadric_%s(roots%u, flags%u) ? (UINT)(ray->nodes[leaf%u].rank) : rank;", t,
                  e->leave ? "exit" : "entry", n, n, n);
-        else if (node->kind == SHAPE_FREEFORM)
+        else if (node->kind == SHAPE_FREEFORM || node->kind == SHAPE_FIELD)
             line(e, "rank = %s == stretch%u.begin ? (UINT)(ray->nodes[leaf%u].rank) : rank;", t, n, n);
         else line(e, "rank = %s == stretch%u.begin ? decided%u : rank;", t, n, n);
     }
@@ -249,6 +255,8 @@ static void emit_shape_function(Emitter *e, uint32_t index, bool leave)
         line(e, "*decided = ray->nodes[id].rank;");
         if (root->kind == SHAPE_QUADRIC)
             line(e, "return quadric_%s(record_roots(ray->records + id, ray->u, ray->v), ray->records[id].flags, t);", direction(e));
+        else if (root->kind == SHAPE_FIELD)
+            line(e, "return field_next(ray, id, t, bound, %s, t != t, ray->shadow);", leave ? "-1.0f" : "1.0f");
         else if (leave) line(e, "return freeform_next(ray, id, begin, stop, t, bound, -1.0f, t != t);");
         else line(e, "return freeform_first(ray, id, begin, stop, t, bound);");
     } else if (is_flat_march(e)) {
@@ -444,21 +452,28 @@ const char *emit_kernel(Arena *arena, const Plan *plan, size_t *length)
     Emitter e = {.out = open_memstream(&text, &size), .plan = plan};
     if (!e.out) abort();
     bool freeform = plan_has(plan, SHAPE_FREEFORM);
-    bool shininess = false;
+    bool field = plan_has(plan, SHAPE_FIELD), shininess = false;
     for (uint32_t k = 0; k < plan->material_count; k++) shininess |= plan->materials[k].integer_shininess >= 0;
 
     fputs("// Made by scn from the structure of a scene.\n", e.out);
     if (freeform) fputs("#define HAS_FREEFORM\n", e.out);
+    if (field) fputs("#define HAS_FIELD\n", e.out);
     if (shininess) fputs("#define INTEGER_SHININESS\n", e.out);
     emit_file(&e, "shared.h");
+    if (field) emit_file(&e, "tape_shared.h");
     emit_file(&e, "packet.cl");
     emit_file(&e, "record.cl");
     if (freeform) {
         emit_file(&e, "roots.cl");
         emit_file(&e, "freeform.cl");
     }
+    if (field) { // fields look at a tile's list before its packets do
+        emit_file(&e, "cull.cl");
+        emit_file(&e, "tape.cl");
+        emit_file(&e, "field.cl");
+    }
     emit_structure(&e);
-    emit_file(&e, "cull.cl");
+    if (!field) emit_file(&e, "cull.cl");
     emit_file(&e, "shade.cl");
     emit_file(&e, "tile.cl");
     emit_file(&e, "film.cl");

@@ -191,6 +191,7 @@ static bool nothing_moves(const Plan *plan, Arena *scratch)
         const PlanLeaf *leaf = &plan->leaves[k];
         if (leaf->kind == LEAF_GROUP) continue;
         if (leaf->shown != NO_SLOT && computed[leaf->shown]) return false;
+        if (leaf->kind == LEAF_FIELD) return false; // its numbers may move
         for (uint32_t q = 0; q < 10; q++) {
             if (computed[leaf->quadric + q]) return false;
         }

@@ -157,6 +157,7 @@ static IrClass class_of(const Ir *ir, IrOp op, const IrId *operands, uint32_t co
 {
     if (ir_ops[op].result != IR_FIELD) return CLASS_NONE;
     if (op == OP_EMPTY || op == OP_SHEET) return CLASS_SET;
+    if (op == OP_FIELD) return CLASS_GENERAL;
     if (op == OP_QUADRIC) {
         for (uint32_t k = 0; k < count; k++) {
             if (ir_at(ir, operands[k])->rate == RATE_POINT) return CLASS_GENERAL;
@@ -315,6 +316,25 @@ static void const_values(const Ir *ir, const IrId *operands, uint32_t count, dou
     for (uint32_t k = 0; k < count; k++) values[k] = ir_at(ir, operands[k])->number;
 }
 
+// Whether an expression has a value at every point, by a look at what is near its top.
+static bool is_total(const Ir *ir, IrId id, int depth)
+{
+    const IrNode *node = ir_at(ir, id);
+    switch ((IrOp)node->op) {
+    case OP_CONST:
+    case OP_X:
+    case OP_Y:
+    case OP_Z: return true;
+    case OP_ADD:
+    case OP_SUB:
+    case OP_MUL:
+    case OP_MIN:
+    case OP_MAX:
+        return depth > 0 && is_total(ir, ir_operand(ir, id, 0), depth - 1) && is_total(ir, ir_operand(ir, id, 1), depth - 1);
+    default: return false;
+    }
+}
+
 // x + 0, x * 1 and the like, for numbers that are not yet known. 0 * x is 0 here: that x may have no finite value then
 // is of no interest to anybody. At point rate nothing is dropped, since where F is undefined decides what is outside.
 static IrId simplify(Ir *ir, IrOp op, Span span, const IrId *o)
@@ -336,7 +356,8 @@ static IrId simplify(Ir *ir, IrOp op, Span span, const IrId *o)
     case OP_POW: return right && b == 1 ? o[0] : 0;
     case OP_MUL:
         if ((left ? a : b) == 1) return other;
-        return (left ? a : b) == 0 && ir_at(ir, other)->rate <= RATE_FRAME ? ir_const(ir, 0) : 0;
+        if ((left ? a : b) != 0) return 0;
+        return ir_at(ir, other)->rate <= RATE_FRAME || is_total(ir, other, 6) ? ir_const(ir, 0) : 0;
     case OP_AND: return left && a == 0 ? o[0] : 0;
     case OP_OR: return left && a != 0 && isfinite(a) ? ir_const(ir, 1) : 0;
     default: return 0;
@@ -419,6 +440,7 @@ IrId ir_node(Ir *ir, IrOp op, Span span, const IrId *operands, uint32_t count)
 
 IrId ir_node_index(Ir *ir, IrOp op, Span span, const IrId *operands, uint32_t count, uint32_t index)
 {
+    if (op == OP_ENTRY && index < 12 && ir_at(ir, operands[0])->op == OP_MATRIX) return ir_operand(ir, operands[0], index);
     IrNode payload = {.bits = 0};
     payload.index = index;
     return append(ir, op, span, operands, count, payload.bits);

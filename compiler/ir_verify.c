@@ -69,6 +69,7 @@ static void check_class(Verifier *v, const IrNode *node)
         check(v, node->class == (node->rate == RATE_POINT ? CLASS_GENERAL : CLASS_QUADRIC),
               "ten numbers are a quadric");
         break;
+    case OP_FIELD: check(v, node->class == CLASS_GENERAL, "an expression is a general field"); break;
     case OP_FREEFORM:
     case OP_DEFORM:
         check(v, node->class == (base == CLASS_QUADRIC ? CLASS_FREEFORM : base), "a perturbed quadric is a free form");

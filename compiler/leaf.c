@@ -1,11 +1,19 @@
 #include "compiler/leaf.h"
 
 const double leaf_default_material[LEAF_MATERIAL_PARTS] = {0.8, 0.8, 0.8, 0.1, 0.8, 0.2, 30, 0, 0, 1.5, 0};
+IrId leaf_function(const Ir *ir, IrId base, IrId *matrix)
+{
+    *matrix = 0;
+    if (ir_at(ir, base)->op != OP_TRANSFORM) return base;
+    *matrix = ir_operand(ir, base, 1);
+    return ir_operand(ir, base, 0);
+}
 
 bool leaf_is_base(const Ir *ir, IrId id)
 {
-    const IrNode *node = ir_at(ir, id);
-    return node->op == OP_QUADRIC || (node->op == OP_TRANSFORM && ir_at(ir, ir_operand(ir, id, 0))->op == OP_QUADRIC);
+    IrId matrix;
+    IrOp op = ir_at(ir, leaf_function(ir, id, &matrix))->op;
+    return op == OP_QUADRIC || op == OP_FIELD;
 }
 
 bool leaf_is_core(const Ir *ir, IrId id)
@@ -34,23 +42,24 @@ IrId leaf_quadric(Ir *ir, Span span, const double q[10])
     return ir_node(ir, OP_QUADRIC, span, operands, 10);
 }
 
+// What becomes of coefficient k of a quadric. What is done to the free term, 9, is also what is done to F itself.
 typedef IrId Change(Ir *ir, Span span, int k, IrId coefficient, IrId argument);
 
-static IrId changed_quadric(Ir *ir, IrId quadric, Change *change, IrId argument)
+static IrId changed_function(Ir *ir, IrId function, Change *change, IrId argument)
 {
     IrId operands[10];
-    Span span = ir_at(ir, quadric)->span;
-    for (int k = 0; k < 10; k++) operands[k] = change(ir, span, k, ir_operand(ir, quadric, (uint32_t)k), argument);
+    Span span = ir_at(ir, function)->span;
+    if (ir_at(ir, function)->op == OP_FIELD)
+        return ir_op1(ir, OP_FIELD, span, change(ir, span, 9, ir_operand(ir, function, 0), argument));
+    for (int k = 0; k < 10; k++) operands[k] = change(ir, span, k, ir_operand(ir, function, (uint32_t)k), argument);
     return ir_node(ir, OP_QUADRIC, span, operands, 10);
 }
 
 // What is done to coefficients is done inside of the map: negation is the same there, and a constant added too.
 static IrId changed_base(Ir *ir, IrId base, Change *change, IrId argument)
 {
-    if (ir_at(ir, base)->op == OP_QUADRIC) return changed_quadric(ir, base, change, argument);
-    IrId matrix = ir_operand(ir, base, 1);
-    Span span = ir_at(ir, base)->span;
-    return ir_op2(ir, OP_TRANSFORM, span, changed_quadric(ir, ir_operand(ir, base, 0), change, argument), matrix);
+    IrId matrix, function = changed_function(ir, leaf_function(ir, base, &matrix), change, argument);
+    return matrix ? ir_op2(ir, OP_TRANSFORM, ir_at(ir, base)->span, function, matrix) : function;
 }
 
 static IrId minus(Ir *ir, Span span, IrId scalar)

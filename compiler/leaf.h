@@ -1,5 +1,5 @@
-// Making quadrics and free forms from others, for the passes. A *core* is QUADRIC, TRANSFORM(QUADRIC, matrix) or
-// FREEFORM(one of these, perturbations); a *base* is one of the first two.
+// Making quadrics, free forms and general fields from others, for the passes. A *base* is QUADRIC, FIELD or
+// TRANSFORM(one of these, matrix); a *core* is a base or FREEFORM(base of a quadric, perturbations).
 #ifndef SCN_COMPILER_LEAF_H
 #define SCN_COMPILER_LEAF_H
 
@@ -11,6 +11,9 @@ bool leaf_is_core(const Ir *ir, IrId id);
 // The ten coefficients of a QUADRIC if all are const.
 bool leaf_const_quadric(const Ir *ir, IrId quadric, double q[10]);
 IrId leaf_quadric(Ir *ir, Span span, const double q[10]);
+
+// The QUADRIC or FIELD of a base, and its map (0: none).
+IrId leaf_function(const Ir *ir, IrId base, IrId *matrix);
 
 IrId leaf_negate_base(Ir *ir, IrId base);
 IrId leaf_grow_base(Ir *ir, IrId base, IrId grow); // F + grow

@@ -9,6 +9,7 @@
 
 #include "compiler/leaf.h"
 #include "compiler/pairs.h"
+#include "compiler/tape.h"
 
 enum { SHININESS = 6 };
 
@@ -27,11 +28,14 @@ typedef struct Lowering {
     Pairs lists;      // hashes of lists of operands
     IrId *list_owner; // of each the node that had it first
     uint32_t list_capacity;
-    uint32_t *indices; // of a free form the first perturbation, of a material its index, of a name its object; + 1
+    uint32_t *indices; // of a free form the first perturbation, of a general field its tape, of a material its index, of
+                       // a name its object; + 1
     Waiting *waiting;  // by group
     uint32_t *starts, *sorted; // for sorting a group's members by shape
     uint32_t group_capacity, component_capacity, leaf_capacity, perturbation_capacity, material_capacity,
         object_capacity;
+    uint32_t tape_capacity, tape_step_capacity;
+    Slot identity; // + 1, once a field without a map has wanted it
     uint32_t leaf_span_capacity, perturbation_span_capacity;
 } Lowering;
 
@@ -156,12 +160,23 @@ static void name_objects(Lowering *l)
 
 // --- needs
 
+static void need_number(void *context, IrId scalar)
+{
+    values_need_checked(context, scalar);
+}
+
 static void need_leaf(Lowering *l, IrId id)
 {
     LeafParts parts = leaf_parts(l->ir, id);
     if (parts.paint) values_need(&l->values, parts.paint);
     if (parts.shown) values_need_checked(&l->values, parts.shown);
     if (ir_at(l->ir, parts.base)->op == OP_COMPLEMENT) return; // all of space has constants of its own
+    IrId matrix, function = leaf_function(l->ir, parts.base, &matrix);
+    if (ir_at(l->ir, function)->op == OP_FIELD) {
+        tape_needs(l->ir, ir_operand(l->ir, function, 0), &l->values, need_number);
+        if (matrix) values_need_inverse(&l->values, matrix);
+        return;
+    }
     values_need(&l->values, parts.base);
     for (uint32_t k = 1; parts.core != parts.base && k < ir_at(l->ir, parts.core)->count; k++) {
         IrId perturbation = ir_operand(l->ir, parts.core, k);
@@ -229,11 +244,56 @@ static uint32_t perturbations_of(Lowering *l, IrId freeform)
     return begin;
 }
 
+static Slot number_slot(void *context, IrId scalar)
+{
+    return values_checked_slot(context, scalar);
+}
+
+// The tape of a FIELD: one for all its instances.
+static uint32_t tape_of(Lowering *l, IrId field)
+{
+    Plan *plan = l->plan;
+    uint32_t *index = &l->indices[field];
+    if (*index) return *index - 1;
+    Arena scratch = {0};
+    TapeSlots slots = {&l->values, number_slot};
+    TapeStep *steps;
+    uint32_t count;
+    if (!tape_new(&scratch, l->ir, ir_operand(l->ir, field, 0), &slots, &steps, &count)) l->pieces.status = LOWER_TOO_LONG;
+    plan->tapes = array_room(l->arena, plan->tapes, plan->tape_count, &l->tape_capacity, sizeof *plan->tapes);
+    plan->tapes[plan->tape_count] = (PlanTape){plan->tape_step_count, count};
+    for (uint32_t k = 0; k < count; k++) {
+        plan->tape_steps = array_room(l->arena, plan->tape_steps, plan->tape_step_count, &l->tape_step_capacity,
+                                      sizeof *plan->tape_steps);
+        plan->tape_steps[plan->tape_step_count++] = steps[k];
+    }
+    arena_release(&scratch);
+    *index = ++plan->tape_count;
+    return *index - 1;
+}
+
+static PlanLeaf field_leaf(Lowering *l, IrId base, PlanLeaf leaf)
+{
+    IrId matrix, function = leaf_function(l->ir, base, &matrix);
+    leaf.kind = LEAF_FIELD;
+    leaf.begin = tape_of(l, function);
+    leaf.count = 1;
+    if (!matrix && !l->identity) {
+        static const double identity[12] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
+        l->identity = values_constants(&l->values, identity, 12) + 1;
+    }
+    leaf.quadric = matrix ? values_inverse_slot(&l->values, matrix) : l->identity - 1;
+    return leaf;
+}
+
 static PlanLeaf scene_leaf(Lowering *l, IrId id)
 {
     LeafParts parts = leaf_parts(l->ir, id);
     PlanLeaf leaf = {.kind = LEAF_QUADRIC, .shown = NO_SLOT, .material = material_of(l, parts.paint)};
-    if (ir_at(l->ir, parts.base)->op == OP_COMPLEMENT) {
+    IrId matrix;
+    if (ir_at(l->ir, leaf_function(l->ir, parts.base, &matrix))->op == OP_FIELD) {
+        leaf = field_leaf(l, parts.base, leaf);
+    } else if (ir_at(l->ir, parts.base)->op == OP_COMPLEMENT) {
         leaf.quadric = values_constants(&l->values, (const double[10]){[9] = 1}, 10);
     } else {
         leaf.quadric = values_slot(&l->values, parts.base);
@@ -360,6 +420,7 @@ LowerStatus plan_lower(const Ir *ir, Arena *arena, Plan **plan, PlanOrigins *ori
         make_tables(&l);
         make_things(&l);
         lower_patches(ir, arena, &scratch, l.plan);
+        status = l.pieces.status;
     }
     arena_release(&scratch);
     return status;

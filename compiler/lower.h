@@ -19,6 +19,7 @@ enum {
 typedef enum LowerStatus {
     LOWER_DONE,
     LOWER_TOO_MANY, // leaves
+    LOWER_TOO_LONG, // an expression
     LOWER_TOO_DEEP, // unions of intersections of unions …
 } LowerStatus;
 
@@ -41,14 +42,16 @@ typedef struct Values {
 
 Values values_new(const Ir *ir, Arena *arena, Arena *scratch, Plan *plan);
 
-// First what is needed is named, then values_emit() makes the steps, then the slots can be asked for. A base is
-// QUADRIC or TRANSFORM(QUADRIC).
+// First what is needed is named, then values_emit() makes the steps, then the slots can be asked for. A base is here
+// QUADRIC or TRANSFORM(QUADRIC); of a general field its numbers are needed and the inverse of its map.
 void values_need(Values *v, IrId id);         // a base, material, camera, light, background, assert
 void values_need_checked(Values *v, IrId id); // a scalar that the plan names
+void values_need_inverse(Values *v, IrId id); // of a matrix
 void values_emit(Values *v);
 void values_need_field(Values *v, IrId id); // a field for values_field()
 Slot values_slot(const Values *v, IrId id);
 Slot values_checked_slot(const Values *v, IrId id);
+Slot values_inverse_slot(const Values *v, IrId id);
 
 // Where among the plan's operands the program of a field stands (compiler/field.h): its length, then its words.
 uint32_t values_field(Values *v, IrId field);

@@ -52,9 +52,11 @@ static uint32_t sum(Pieces *p, uint32_t a, uint32_t b)
 
 static Piece leaf_piece(Pieces *p, IrId id)
 {
-    bool freeform = ir_at(p->ir, leaf_parts(p->ir, id).core)->op == OP_FREEFORM;
-    Piece piece = {
-        .shape = shapes_leaf(&p->shapes, freeform ? SHAPE_FREEFORM : SHAPE_QUADRIC), .leaf_count = 1, .total = 1};
+    IrId matrix, core = leaf_parts(p->ir, id).core;
+    ShapeNodeKind kind = SHAPE_QUADRIC;
+    if (ir_at(p->ir, core)->op == OP_FREEFORM) kind = SHAPE_FREEFORM;
+    if (ir_at(p->ir, leaf_function(p->ir, core, &matrix))->op == OP_FIELD) kind = SHAPE_FIELD;
+    Piece piece = {.shape = shapes_leaf(&p->shapes, kind), .leaf_count = 1, .total = 1};
     piece.leaves = arena_new(p->scratch, PieceLeaf);
     piece.leaves[0].index = id;
     return piece;

@@ -67,6 +67,12 @@ Slot values_checked_slot(const Values *v, IrId id)
     return v->checked[id] - 1;
 }
 
+Slot values_inverse_slot(const Values *v, IrId id)
+{
+    assert(v->inverses[id] && "a value is asked for that was needed");
+    return v->inverses[id] - 1;
+}
+
 // --- steps
 
 static PlanStep *step_new(Values *v, StepKind kind, IrOp op, Span span, Slot result)
@@ -226,6 +232,11 @@ void values_need_checked(Values *v, IrId id)
 void values_need_field(Values *v, IrId id)
 {
     v->needs[id] |= NEED_FIELD;
+}
+
+void values_need_inverse(Values *v, IrId id)
+{
+    v->needs[id] |= NEED_INVERSE | NEED_VALUE;
 }
 
 static void need_operand(Values *v, IrId operand, bool gathered)

@@ -3,6 +3,7 @@
 // A context is the list of the free forms and deformations above a node, from the innermost out, and whether a
 // complement stands between it and the innermost: then that one's perturbations reach it with the opposite sign. Lists
 // are numbered by the pairs (context above, node); a context is 2 · list + sign, and 0 where there is no deformation.
+#include "compiler/expression.h"
 #include "compiler/leaf.h"
 #include "compiler/passes.h"
 #include "compiler/walk.h"
@@ -73,6 +74,9 @@ static IrId deformed(Walk *walk, IrId base, uint32_t context)
         for (uint32_t k = 1; k < count; k++) add_perturbation(walk, ir_operand(walk->ir, list.b, k), negative);
         context = list.a;
     }
+    IrId matrix;
+    if (ir_at(walk->ir, leaf_function(walk->ir, base, &matrix))->op == OP_FIELD)
+        return expression_perturbed(walk->ir, d->operands, d->count);
     return ir_node(walk->ir, OP_FREEFORM, span, d->operands, d->count);
 }
 

@@ -64,6 +64,14 @@ static void down(Walk *walk, IrId id, uint32_t context)
     walk_reach_operands(walk, id, context);
 }
 
+// A general field keeps its coordinates: only its point moves, so equal expressions stay one.
+static IrId moved(Ir *ir, IrId field, const Map *map)
+{
+    if (!map->outer && !map->has_inner) return field;
+    Span span = ir_at(ir, field)->span;
+    return ir_op2(ir, OP_TRANSFORM, span, field, whole(ir, span, map));
+}
+
 static IrId folded(Ir *ir, IrId quadric, const Map *map)
 {
     double q[10], inverse[12];
@@ -98,6 +106,7 @@ static IrId up(Walk *walk, IrId id, uint32_t context)
     case OP_TRANSFORM:
     case OP_PTRANSFORM:
         return walk_result(walk, ir_operand(walk->ir, id, 0), below(walk, context, ir_operand(walk->ir, id, 1)));
+    case OP_FIELD: return moved(walk->ir, id, &t->maps[context]);
     case OP_QUADRIC: return folded(walk->ir, id, &t->maps[context]);
     case OP_PERTURB: return perturbation(walk, id, context);
     default: return walk_rebuild(walk, id, context);

@@ -4,14 +4,14 @@
 // difference: where something hidden is subtracted, F is no longer infinite, but as positive.)
 //
 //     transforms    maps are at the quadrics. Those with const coefficients and const maps are folded into
-//                   coefficients; what moves stays TRANSFORM(QUADRIC), computed once a frame. `grow` of perturbations
-//                   is in their free term.
+//                   coefficients; what moves stays TRANSFORM(QUADRIC), computed once a frame. General fields stay in
+//                   their own coordinates, TRANSFORM(FIELD). `grow` of perturbations is in their free term.
 //     deformations  perturbations are at the quadrics, since min(F, G) + R = min(F + R, G + R) and
-//                   -F + R = -(F - R): a subtracted leaf gets -R. Free forms of free forms are one free form.
+//                   -F + R = -(F - R): a subtracted leaf gets -R. Free forms of free forms are one free form. What
+//                   perturbs a general field becomes part of its expression.
 //     attributes    complements, paint, names and visibility are at the leaves: a leaf is NAMED(SHOW(PAINT(core))),
-//                   each of the three perhaps absent, and core a quadric, TRANSFORM(QUADRIC) or a free form. Only
-//                   COMPLEMENT(EMPTY), all of space, is left of complements; below a morph also what is all of space by a
-//                   condition.
+//                   each of the three perhaps absent, and core what compiler/leaf.h says. Only COMPLEMENT(EMPTY), all of
+//                   space, is left of complements; below a morph also what is all of space by a condition.
 //     morphs        what is morphed is a free form, or a set of free forms (pass_morphs.c).
 //     sets          unions of unions are one union, of two things at least; what is neutral or doubled is gone; EMPTY
 //                   and all of space are alone or not there.

@@ -2,11 +2,25 @@
 
 #include <math.h>
 
+#include "compiler/eval.h"
 #include "compiler/quadric.h"
+#include "compiler/tape.h"
+
+static double field_leaf_at(const Plan *plan, const double *values, const PlanLeaf *leaf, const double point[3])
+{
+    Arena scratch = {0};
+    const PlanTape *tape = &plan->tapes[leaf->begin];
+    double local[3], *work = arena_array(&scratch, double, TAPE_WORK * (size_t)(TAPE_POINT + tape->count));
+    matrix_point(values + leaf->quadric, point, local);
+    double f = tape_at(plan, tape, values, local, work).f;
+    arena_release(&scratch);
+    return isnan(f) ? -INFINITY : f; // what is undefined is outside
+}
 
 double plan_leaf_field(const Plan *plan, const double *values, const PlanLeaf *leaf, const double point[3])
 {
     if (leaf->shown != NO_SLOT && values[leaf->shown] == 0) return -INFINITY;
+    if (leaf->kind == LEAF_FIELD) return field_leaf_at(plan, values, leaf, point);
     double f = quadric_at(values + leaf->quadric, point);
     if (leaf->kind != LEAF_FREEFORM) return f;
     for (uint32_t k = leaf->begin; k < leaf->begin + leaf->count; k++) {

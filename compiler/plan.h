@@ -12,7 +12,7 @@
 //   component  one instance of a shape: its leaves stand one after another in `leaves`
 //   shape      a small tree of unions and intersections over leaf places; equal trees are one shape, so code is
 //              emitted once for each shape and components are data
-//   leaf       a quadric; a free form (a quadric and perturbations); or again a group
+//   leaf       a quadric; a free form (a quadric and perturbations); a general field (a tape); or again a group
 //
 // F(component) = the shape's min/max of F(leaf); F(free form) = base + sum of strength * max(Q, 0)^3. World
 // coordinates throughout. Leaves are in the order in which the scene says them within a component; `order` orders all
@@ -31,10 +31,11 @@
 #include <stdint.h>
 
 #include "compiler/ir.h"
+#include "kernels/tape_shared.h"
 
 typedef uint32_t Slot; // index of a double in the values
 
-typedef enum PlanLeafKind { LEAF_QUADRIC, LEAF_FREEFORM, LEAF_GROUP } PlanLeafKind;
+typedef enum PlanLeafKind { LEAF_QUADRIC, LEAF_FREEFORM, LEAF_FIELD, LEAF_GROUP } PlanLeafKind;
 typedef enum PlanSetKind { SET_UNION, SET_INTERSECT } PlanSetKind;
 
 typedef struct PlanPerturbation {
@@ -42,10 +43,15 @@ typedef struct PlanPerturbation {
     Slot strength; // one slot
 } PlanPerturbation;
 
+typedef struct PlanTape { // an expression: steps in Plan.tape_steps whose numbers are slots
+    uint32_t first, count;
+} PlanTape;
+
 typedef struct PlanLeaf {
     uint32_t kind;         // PlanLeafKind
-    Slot quadric;          // ten slots: F or the free form's base (LEAF_GROUP: unused)
-    uint32_t begin, count; // LEAF_FREEFORM: perturbations; LEAF_GROUP: begin is the group, count 1
+    Slot quadric;          // ten slots: F or the free form's base (LEAF_GROUP: unused); LEAF_FIELD: twelve, the map from
+                           // the world into the expression's coordinates
+    uint32_t begin, count; // LEAF_FREEFORM: perturbations; LEAF_FIELD: begin is the tape; LEAF_GROUP: the group; count 1
     uint32_t material;     // index into materials (LEAF_GROUP: unused)
     uint32_t
         object; // index into objects: the outermost name above the leaf, so of `object car = body | wheels` it is car
@@ -55,7 +61,14 @@ typedef struct PlanLeaf {
 #define NO_SLOT UINT32_MAX
 
 // A shape's tree in prefix order: an inner node is followed by its `count` children.
-typedef enum ShapeNodeKind { SHAPE_UNION, SHAPE_INTERSECT, SHAPE_QUADRIC, SHAPE_FREEFORM, SHAPE_GROUP } ShapeNodeKind;
+typedef enum ShapeNodeKind {
+    SHAPE_UNION,
+    SHAPE_INTERSECT,
+    SHAPE_QUADRIC,
+    SHAPE_FREEFORM,
+    SHAPE_FIELD,
+    SHAPE_GROUP
+} ShapeNodeKind;
 typedef struct PlanShapeNode {
     uint16_t kind;  // ShapeNodeKind
     uint16_t count; // children of UNION, INTERSECT; SHAPE_GROUP: the group type
@@ -176,6 +189,10 @@ typedef struct Plan {
     uint32_t leaf_count;
     PlanPerturbation *perturbations;
     uint32_t perturbation_count;
+    PlanTape *tapes;
+    uint32_t tape_count;
+    TapeStep *tape_steps; // of all tapes
+    uint32_t tape_step_count;
     PlanMaterial *materials; // 0 is the default material
     uint32_t material_count;
     PlanObject *objects; // 0 is the unnamed one

@@ -41,7 +41,7 @@ typedef struct Shapes {
 
 Shapes shapes_new(Arena *scratch);
 
-uint32_t shapes_leaf(Shapes *shapes, ShapeNodeKind kind); // SHAPE_QUADRIC or SHAPE_FREEFORM
+uint32_t shapes_leaf(Shapes *shapes, ShapeNodeKind kind); // SHAPE_QUADRIC, SHAPE_FREEFORM, SHAPE_FIELD
 uint32_t shapes_group(Shapes *shapes, uint32_t type);
 uint32_t shapes_set(Shapes *shapes, PlanSetKind set, const uint32_t *children,
                     uint32_t count); // of one child: the child

@@ -179,7 +179,7 @@ static void shade_tile(const Buffers *b, const Tile *tile, const Film *film, uin
 
 __kernel void render(__global const FrameConstants *frame, __global const ViewConstants *views, __global const LightConstants *lights,
                      __global const QuadricRecord *records, __global const float *boxes, __global const uint *items,
-                     __global const PlanNode *nodes, __global const MaterialConstants *materials, __global uint *work, __global uint *counters,
+                     __global const PlanNode *nodes, __global const MaterialConstants *materials, __global const uint *tapes, __global uint *work, __global uint *counters,
                      __global float *color, __global float *depth, __global float *normal, __global float *position, __global uint *id,
                      uint first_tile, uint stages) // stages: RenderStages of runtime/renderer.h
 {
@@ -191,7 +191,11 @@ __kernel void render(__global const FrameConstants *frame, __global const ViewCo
 #endif
     uint group = (uint)get_group_id(0);
     uint number = first_tile + group;
-    Buffers b = {frame, views, lights, records, boxes, items, nodes, materials, work + (size_t)group * frame->slot_size, counters};
+    Buffers b = {frame, views, lights, records, boxes, items, nodes, materials,
+#ifdef HAS_FIELD
+                 (__global const TapeStep *)tapes,
+#endif
+                 work + (size_t)group * frame->slot_size, counters};
     Tile tile = {hit_z, normal_x, normal_y, normal_z, hit_leaf, visible,
 #if WIDTH == 16
                  light_u, light_v, light_w,

@@ -222,6 +222,10 @@ static uint mask_bits(int16 mask)
 #define highest_uint(x) (x)
 #endif
 
+#ifdef HAS_FIELD
+struct FieldTile; // field.cl
+#endif
+
 // What a ray (a packet of them) brings to every function that looks for its hits.
 typedef struct Ray {
     FLOAT u, v;
@@ -230,5 +234,12 @@ typedef struct Ray {
     __global const PlanNode *nodes;
     __global const uint *list; // numbers of the items that can matter here, ascending
     uint count;
+#ifdef HAS_FIELD
+    __global const TapeStep *tapes;
+    __global const struct FieldTile *fields; // of the tile, that have slabs
+    uint field_count, block;                 // block: number of the packet in the tile
+    __global FLOAT *field_memory;            // of this work-item
+    INT *doubts;                             // rays that met what floats cannot decide
+#endif
     int shadow; // 1: whether there is a hit before the bound is all that is asked
 } Ray;

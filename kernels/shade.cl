@@ -23,6 +23,11 @@ INLINE Vector surface_normal(const Ray *ray, UINT ranks, INT hits, FLOAT w)
         todo = todo & !mine;
         uint leaf = ray->nodes[rank].leaf;
         Slope slope;
+#ifdef HAS_FIELD
+        if (ray->nodes[leaf].count == NODE_FIELD) {
+            slope = field_slope(ray, leaf, w, mine);
+        } else
+#endif
 #ifdef HAS_FREEFORM
         if (ray->nodes[leaf].count) {
             uint begin = 0;

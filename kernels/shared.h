@@ -48,8 +48,9 @@ typedef struct PlanNode {
     unsigned material, object;
     unsigned rank;     // among the leaves, as the scene says them: what packets keep of a leaf, so the lower wins by min()
     unsigned leaf;     // not of this number: the leaf whose rank this index is
-    unsigned count;    // of perturbations
+    unsigned count;    // of perturbations; NODE_FIELD: it is a general field
 } PlanNode;
+#define NODE_FIELD 0xffffffffu
 
 // Items are what tiles choose from: components and perturbations, in ascending order of their numbers. The box of an item in a view is where it can
 // matter: outside of it a component of a union is empty, one of an intersection everything, a perturbation 0. Arrays of item_stride floats each:
@@ -97,6 +98,9 @@ typedef struct FrameConstants {
     unsigned item_count, item_stride, light_count;
     unsigned list_capacity; // items in the list of a tile
     unsigned slot_size;     // of a tile's lists, in unsigneds
+    unsigned field_offset;  // in the slot: memory for general fields
+    unsigned tape_longest;  // steps of a tape
+    unsigned tape_pool;     // steps of the shortened tapes of a tile
     float bias;         // shadow rays begin this far off the surface, in units
     float orthographic; // 1: w - start is the depth
     float unit;         // world length of one unit
@@ -113,6 +117,12 @@ typedef struct FrameConstants {
 
 // Counters that the kernel gives back.
 #define COUNTER_LIST 0  // longest list that a tile wanted
+#define COUNTER_UNCERTAIN 1 // pixels whose first surface is not certified
 #define COUNTER_COUNT 4
+
+// Memory of a tile for general fields, in unsigneds: a table of fields, values of one evaluation for each work-item, and, with packets, what is
+// chosen in each step, twice, and shortened tapes. `lanes`: rays of all work-items together.
+#define FIELD_TABLE 5632
+#define FIELD_ROOM(longest, pool, lanes) ((FIELD_TABLE + ((longest) + 4u) * (4u * (lanes) + 4u) + 2u * (pool) + 31u) & ~31u)
 
 #endif

@@ -11,6 +11,9 @@ typedef struct Buffers {
     __global const uint *items;
     __global const PlanNode *nodes;
     __global const MaterialConstants *materials;
+#ifdef HAS_FIELD
+    __global const TapeStep *tapes;
+#endif
     __global uint *slot;
     __global uint *counters;
 } Buffers;
@@ -44,6 +47,10 @@ static Ray ray_of(const Buffers *b, __global const ViewConstants *view)
     ray.list = b->items;
     ray.count = 0;
     ray.shadow = 0;
+#ifdef HAS_FIELD
+    ray.tapes = b->tapes;
+    ray.field_count = 0;
+#endif
     return ray;
 }
 
@@ -73,6 +80,39 @@ INLINE FLOAT first_surface(const Ray *ray, FLOAT start, FLOAT bound, UINT *leaf)
     return w;
 }
 
+#ifdef HAS_FIELD
+// Looks at the fields of the tile, whose packets are rectangles side by side.
+static void primary_fields(const Buffers *b, List list, const Rect *rect, Ray *ray)
+{
+    FLOAT blocks[4];
+#if LANES == 32
+    FLOAT column = (float)(BLOCK_ACROSS * b->frame->du), number = LANE_NUMBER;
+    FLOAT row = each_floor(number / BLOCKS_ACROSS);
+    number -= row * BLOCKS_ACROSS;
+    blocks[0] = rect->u_low + number * column;
+    blocks[1] = blocks[0] + column;
+    blocks[3] = rect->v_high + row * (float)(BLOCK_DOWN * b->frame->dv);
+    blocks[2] = blocks[3] + (float)(BLOCK_DOWN * b->frame->dv);
+#endif
+    fields_make(ray, b->frame, list, rect, blocks, b->slot + b->frame->field_offset);
+}
+
+static void count_doubts(const Buffers *b, const Tile *tile, uint packet, INT doubts)
+{
+    if (!ANY(doubts)) return;
+    int left = tile->left + (int)(packet % BLOCKS_ACROSS) * BLOCK_ACROSS, top = tile->top + (int)(packet / BLOCKS_ACROSS) * BLOCK_DOWN;
+    FLOAT x = (float)left + LANE_X, y = (float)top + LANE_Y;
+    INT counted = doubts & (x < (float)b->frame->width) & (y < (float)b->frame->height);
+#if LANES == 32
+    atomic_add(b->counters + COUNTER_UNCERTAIN, popcount(lanes_bits(counted)));
+#elif LANES == 1
+    if (counted) atomic_inc(b->counters + COUNTER_UNCERTAIN);
+#else
+    atomic_add(b->counters + COUNTER_UNCERTAIN, popcount(mask_bits(counted)));
+#endif
+}
+#endif
+
 // Answers 0 where the tile's list has no room.
 static int primary_hits(const Buffers *b, const Tile *tile, uint stages)
 {
@@ -85,7 +125,15 @@ static int primary_hits(const Buffers *b, const Tile *tile, uint stages)
     List list = list_make(all_items(b, view), &rect, b->slot, frame->list_capacity, b->counters, tile->shared, &full);
     if (full || stages == 1) return !full;
     Ray ray = ray_of(b, view);
+#ifdef HAS_FIELD
+    primary_fields(b, list, &rect, &ray);
+#endif
     FOR_EACH_BLOCK(k) {
+#ifdef HAS_FIELD
+        INT doubts = 0;
+        ray.doubts = &doubts;
+        ray.block = k;
+#endif
         ray.u = pixel_u(b, tile, k);
         ray.v = pixel_v(b, tile, k);
         float x = (float)((k % BLOCKS_ACROSS) * BLOCK_ACROSS), y = (float)((k / BLOCKS_ACROSS) * BLOCK_DOWN);
@@ -98,6 +146,9 @@ static int primary_hits(const Buffers *b, const Tile *tile, uint stages)
         if (ray.count) {
             FLOAT w = first_surface(&ray, view->start, view->limit, &leaf);
             INT hit = w < view->limit;
+#ifdef HAS_FIELD
+            count_doubts(b, tile, k, doubts);
+#endif
             leaf = hit ? leaf : (UINT)(NO_LEAF);
             if (ANY(hit)) {
                 Vector n = surface_normal(&ray, leaf, hit, w);
@@ -216,6 +267,11 @@ static int shadow_view(const Buffers *b, const Tile *tile, __global const LightC
     if (full) return 0;
     Ray ray = ray_of(b, view);
     ray.shadow = 1;
+#ifdef HAS_FIELD
+    INT doubts = 0; // a shadow is not certified
+    ray.doubts = &doubts;
+    fields_make(&ray, b->frame, list, &rect, 0, b->slot + b->frame->field_offset);
+#endif
     FOR_EACH_BLOCK(k) {
         if (!ANY(tile->leaf[k] != NO_LEAF)) continue;
         FLOAT u, v, w;
@@ -228,6 +284,9 @@ static int shadow_view(const Buffers *b, const Tile *tile, __global const LightC
         if (!ANY(mine)) continue;
         INT clear = mine;
         if (list.count) {
+#ifdef HAS_FIELD
+            ray.block = k;
+#endif
             ray.u = u;
             ray.v = v;
             if (list.count > SHORT_LIST)

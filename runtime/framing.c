@@ -45,6 +45,7 @@ static bool find_extent(Framing *f, const double camera[15], Extent *extent)
         Projection projection;
         Screen screen;
         view_primary(&f->layout, values, &f->bounds, f->width, f->height, &projection, &screen);
+        view_frame(&f->layout, values);
         view_fold(&f->layout, values, &projection, f->records, f->boxes);
         for (uint32_t i = 0; i < f->layout.item_count; i++)
             join_item(extent, f->boxes + i, f->layout.item_stride, &screen);
@@ -88,6 +89,7 @@ static void find_bounds(Framing *f)
     f->bounds = (Box){{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
     for (int m = 0; m < f->count; m++) {
         Box box;
+        view_frame(&f->layout, f->moments[m]);
         view_bounds(&f->layout, f->moments[m], &box);
         box_join(&f->bounds, &box);
     }

@@ -4,6 +4,7 @@
 #include <stdlib.h>
 
 #include "compiler/frame.h"
+#include "compiler/tape.h"
 
 static void span_record(Record *r, Span *span)
 {
@@ -70,6 +71,18 @@ static void perturbation_record(Record *r, PlanPerturbation *perturbation)
 {
     record_u32(r, &perturbation->quadric);
     record_u32(r, &perturbation->strength);
+}
+
+static void tape_record(Record *r, PlanTape *tape)
+{
+    record_u32(r, &tape->first);
+    record_u32(r, &tape->count);
+}
+
+static void tape_step_record(Record *r, TapeStep *step)
+{
+    record_u32(r, &step->word);
+    record_u32(r, &step->b);
 }
 
 static void material_record(Record *r, PlanMaterial *material)
@@ -140,6 +153,8 @@ void plan_record(Record *r, Plan *plan)
     record_table(r, plan->components, plan->component_count, 8, component_record);
     record_table(r, plan->leaves, plan->leaf_count, 32, leaf_record);
     record_table(r, plan->perturbations, plan->perturbation_count, 8, perturbation_record);
+    record_table(r, plan->tapes, plan->tape_count, 8, tape_record);
+    record_table(r, plan->tape_steps, plan->tape_step_count, 8, tape_step_record);
     record_table(r, plan->materials, plan->material_count, 8, material_record);
     record_table(r, plan->objects, plan->object_count, 12, object_record);
     record_table(r, plan->lights, plan->light_count, 8, light_record);
@@ -265,6 +280,7 @@ static bool check_leaf(const Plan *plan, const PlanLeaf *leaf)
     if (leaf->kind == LEAF_GROUP) return leaf->begin < plan->group_count;
     if (leaf->kind > LEAF_GROUP || leaf->material >= plan->material_count || leaf->object >= plan->object_count)
         return false;
+    if (leaf->kind == LEAF_FIELD) return leaf->begin < plan->tape_count && slots_fit(plan, leaf->quadric, 12);
     if (leaf->kind == LEAF_FREEFORM && !range_fits(leaf->begin, leaf->count, plan->perturbation_count)) return false;
     return slots_fit(plan, leaf->quadric, 10);
 }
@@ -274,6 +290,7 @@ static bool leaf_matches(const Plan *plan, const PlanLeaf *leaf, const PlanShape
     switch (node->kind) {
     case SHAPE_QUADRIC: return leaf->kind == LEAF_QUADRIC;
     case SHAPE_FREEFORM: return leaf->kind == LEAF_FREEFORM;
+    case SHAPE_FIELD: return leaf->kind == LEAF_FIELD;
     default: return leaf->kind == LEAF_GROUP && plan->groups[leaf->begin].type == node->count;
     }
 }
@@ -365,6 +382,16 @@ static bool check_image(const Plan *plan)
     return true;
 }
 
+static bool check_tapes(const Plan *plan)
+{
+    for (uint32_t i = 0; i < plan->tape_count; i++) {
+        const PlanTape *tape = &plan->tapes[i];
+        if (!range_fits(tape->first, tape->count, plan->tape_step_count)) return false;
+        if (!tape_check(plan->tape_steps + tape->first, tape->count, plan->slot_count)) return false;
+    }
+    return true;
+}
+
 static bool check_things(const Plan *plan)
 {
     for (uint32_t i = 0; i < plan->material_count; i++) {
@@ -391,6 +418,7 @@ bool plan_check(const Plan *plan, Failure *failure)
 {
     if (!check_image(plan)) return fail(failure, "its constants are not numbers");
     if (!check_things(plan)) return fail(failure, "its materials, lights or camera point nowhere");
+    if (!check_tapes(plan)) return fail(failure, "its expressions make no sense");
     for (uint32_t i = 0; i < plan->shape_count; i++)
         if (!check_shape(plan, &plan->shapes[i])) return fail(failure, "its shape %u is no tree", i);
     if (!check_group_types(plan, failure)) return false;

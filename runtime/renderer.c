@@ -17,7 +17,7 @@ _Static_assert(sizeof(PlanNode) == 32, "as on the device");
 _Static_assert(sizeof(ViewConstants) == 19 * 4, "as on the device");
 _Static_assert(sizeof(LightConstants) == 16 * 4, "as on the device");
 _Static_assert(sizeof(MaterialConstants) == 8 * 4, "as on the device");
-_Static_assert(sizeof(FrameConstants) == 31 * 4, "as on the device");
+_Static_assert(sizeof(FrameConstants) == 34 * 4, "as on the device");
 
 #define BAND_MS 25.0
 #define FIRST_BAND 128           // tiles, before anything is known
@@ -34,7 +34,7 @@ typedef struct Buffer {
 
 typedef enum BufferName {
     BUFFER_FRAME, BUFFER_VIEWS, BUFFER_LIGHTS, BUFFER_RECORDS, BUFFER_BOXES, BUFFER_ITEMS, BUFFER_NODES, BUFFER_MATERIALS,
-    BUFFER_WORK, BUFFER_COUNTERS, BUFFER_FILM, BUFFER_COUNT = BUFFER_FILM + FILM_LAYERS
+    BUFFER_TAPES, BUFFER_WORK, BUFFER_COUNTERS, BUFFER_FILM, BUFFER_COUNT = BUFFER_FILM + FILM_LAYERS
 } BufferName;
 
 struct Renderer {
@@ -48,6 +48,7 @@ struct Renderer {
     Projection *views;
     int view_count, view_capacity, folded; // folded: views whose records and boxes are those of `values`
     Projection *wanted;
+    uint64_t tapes; // version of those on the device
     ViewConstants *view_constants;
     LightConstants *light_constants;
     MaterialConstants *material_constants;
@@ -171,6 +172,7 @@ void renderer_free(Renderer *r)
 
 void renderer_bounds(Renderer *r, const double *values, Box *box)
 {
+    view_frame(&r->layout, values);
     view_bounds(&r->layout, values, box);
 }
 
@@ -340,6 +342,10 @@ static bool upload(Renderer *r, const RenderJob *job, uint32_t tiles_across, Ren
     double begin = now_ms();
     Box bounds;
     Screen screen;
+    view_frame(&r->layout, values);
+    bool changed = r->tapes != r->layout.fields.version;
+    if (changed) r->folded = 0;
+    r->tapes = 0; // until they are on the device
     view_bounds(&r->layout, values, &bounds);
     view_primary(&r->layout, values, &bounds, film->width, film->height, &r->wanted[0], &screen);
     int views = make_lights(r, values, &bounds);
@@ -363,20 +369,42 @@ static bool upload(Renderer *r, const RenderJob *job, uint32_t tiles_across, Ren
         r->frame.background[k] = (float)values[plan->background + (Slot)k];
         for (int axis = 0; axis < 3; axis++) r->frame.axes[3 * axis + k] = (float)primary->axis[axis][k];
     }
+    size_t tapes = changed ? plan->tape_step_count * sizeof(TapeStep) : 0;
+    if (!buffer_write(r, BUFFER_TAPES, r->layout.fields.baked, tapes, failure)) return false;
+    r->tapes = r->layout.fields.version;
     return buffer_write(r, BUFFER_VIEWS, r->view_constants, (size_t)views * sizeof *r->view_constants, failure) &&
            buffer_write(r, BUFFER_LIGHTS, r->light_constants, plan->light_count * sizeof *r->light_constants, failure) &&
            buffer_write(r, BUFFER_MATERIALS, r->material_constants, plan->material_count * sizeof *r->material_constants, failure);
 }
 
+#define LOCAL_SIZE 64 // work-items that share a tile where they are not packets
+
+// Steps for the shortened tapes of a tile: for as many slabs as most tiles have.
+static uint32_t tape_pool(const Renderer *r)
+{
+    uint32_t wanted = 12 * r->layout.fields.longest;
+    return wanted > 32768 ? 32768 : wanted;
+}
+
+// A tile's memory for general fields, in unsigneds.
+static uint32_t field_room(const Renderer *r)
+{
+    uint32_t lanes = r->device->width == 1 ? LOCAL_SIZE : 32;
+    return r->plan->tape_count ? FIELD_ROOM(r->layout.fields.longest, tape_pool(r), lanes) : 0;
+}
+
 // Room for lists of `list_room` items, for as many tiles as fit, and all the kernel's arguments.
 static bool make_room(Renderer *r, uint32_t tiles, RenderStages stages, Failure *failure)
 {
-    uint32_t slot_size = (2 + BOX_ARRAYS) * r->list_room;
+    uint32_t lists = ((2 + BOX_ARRAYS) * r->list_room + 31) & ~31u, fields = field_room(r), slot_size = lists + fields;
     r->slots = LIST_BYTES / 4 / slot_size;
     if (r->slots < 2) r->slots = 2;
     if (r->slots > tiles) r->slots = tiles;
     r->frame.list_capacity = r->list_room;
     r->frame.slot_size = slot_size;
+    r->frame.field_offset = lists;
+    r->frame.tape_longest = r->layout.fields.longest;
+    r->frame.tape_pool = tape_pool(r);
     unsigned zeros[COUNTER_COUNT] = {0};
     return buffer_ensure(r, BUFFER_WORK, (size_t)r->slots * slot_size * 4, NULL, failure) &&
            buffer_write(r, BUFFER_FRAME, &r->frame, sizeof r->frame, failure) &&
@@ -420,7 +448,7 @@ static bool finish_band(Renderer *r, Band *band, double *mark, Failure *failure)
 static bool start_band(Renderer *r, Band *band, uint32_t first, uint32_t tiles, Failure *failure)
 {
     // PoCL's binaries hold the function for work-groups of one; elsewhere a group shares its tile.
-    size_t local = r->device->width == 1 && !r->device->info.is_cpu ? 64 : 1;
+    size_t local = r->device->width == 1 && !r->device->info.is_cpu ? LOCAL_SIZE : 1;
     size_t global = tiles * local;
     cl_uint begin = first;
     cl_int status = clSetKernelArg(r->kernel, BUFFER_COUNT, sizeof begin, &begin);

@@ -159,7 +159,7 @@ bool scn_info(const ScnScene *scene, ScnInfo *info)
     const Package *package = scene->package;
     if (!package) return false;
     const Plan *plan = package->plan;
-    uint32_t kinds[3] = {0};
+    uint32_t kinds[LEAF_GROUP + 1] = {0};
     for (uint32_t i = 0; i < plan->leaf_count; i++) kinds[plan->leaves[i].kind]++;
     *info = (ScnInfo){
         .scene = package->scene,
@@ -167,7 +167,7 @@ bool scn_info(const ScnScene *scene, ScnInfo *info)
         .package = scene->is_package,
         .objects = plan->object_count - 1,
         .shapes = plan->shape_count,
-        .leaves = kinds[LEAF_QUADRIC] + kinds[LEAF_FREEFORM],
+        .leaves = kinds[LEAF_QUADRIC] + kinds[LEAF_FREEFORM] + kinds[LEAF_FIELD],
         .quadrics = kinds[LEAF_QUADRIC],
         .freeforms = kinds[LEAF_FREEFORM],
         .perturbations = plan->perturbation_count,

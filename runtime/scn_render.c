@@ -53,7 +53,8 @@ static Program *full_program(ScnScene *scene, bool ready_only)
 
 // PoCL builds kernels without optimising them in a third of the time, 1.0 s instead of 2.3 s for a small scene and
 // 1.3 s instead of 4.6 s for one of many shapes. They give the same picture, bit for bit, since what the compiler may
-// do with floating point is fixed before it optimises; they take three to six times as long for it.
+// do with floating point is fixed before it optimises; they take three to six times as long for it. With general fields
+// nothing is gained: what is not optimised is so much code then that it takes longer to build.
 static Program *quick_program(ScnScene *scene)
 {
     char options[256];
@@ -70,7 +71,7 @@ static Program *quick_program(ScnScene *scene)
 static ScnStatus build_program(ScnScene *scene)
 {
     if (scene->program) return SCN_OK;
-    bool quick = scene->quick && scene->device->info.is_pocl;
+    bool quick = scene->quick && scene->device->info.is_pocl && !scene->package->plan->tape_count;
     scene->program = full_program(scene, quick);
     if (!scene->program && quick) {
         scene->program = quick_program(scene);

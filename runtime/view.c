@@ -49,7 +49,7 @@ static void number_component(Numbering *n, const PlanComponent *component, int d
         nodes[number].material = leaf->kind == LEAF_GROUP ? 0 : leaf->material;
         nodes[number].object = leaf->kind == LEAF_GROUP ? 0 : leaf->object;
         nodes[number].rank = leaf->order;
-        nodes[number].count = leaf->kind == LEAF_FREEFORM ? leaf->count : 0;
+        nodes[number].count = leaf->kind == LEAF_FREEFORM ? leaf->count : leaf->kind == LEAF_FIELD ? NODE_FIELD : 0;
     }
     if (!nodes) return;
     nodes[id].shape = component->shape;
@@ -105,7 +105,8 @@ bool layout_init(Layout *layout, const Plan *plan)
     layout->items = calloc(layout->item_stride, sizeof *layout->items);
     layout->nodes = calloc(layout->record_count + 1, sizeof *layout->nodes);
     layout->boxes = calloc(layout->record_count + 1, sizeof *layout->boxes);
-    if (!layout->items || !layout->nodes || !layout->boxes) {
+    bool fields = field_tables_init(&layout->fields, plan);
+    if (!layout->items || !layout->nodes || !layout->boxes || !fields) {
         layout_release(layout);
         return false;
     }
@@ -123,6 +124,7 @@ void layout_release(Layout *layout)
     free(layout->items);
     free(layout->nodes);
     free(layout->boxes);
+    field_tables_release(&layout->fields);
     *layout = (Layout){0};
 }
 
@@ -237,6 +239,12 @@ static void fold_leaf(Folding *f, const PlanLeaf *leaf)
         if (shown) return;
         *box = box_empty;
         for (uint32_t k = begin; k < f->item; k++) set_item_box(f, k, box);
+        return;
+    }
+    if (leaf->kind == LEAF_FIELD) {
+        FieldRecord *field = f->records ? (FieldRecord *)&f->records[number] : NULL;
+        if (field) memset(field, 0, sizeof *field);
+        if (shown) fold_field(&f->layout->fields, f->values, leaf, f->projection, field, box);
         return;
     }
     QuadricRecord unused, *record = f->records ? &f->records[number] : &unused;
@@ -358,6 +366,11 @@ void view_fold(Layout *layout, const double *values, const Projection *projectio
     for (uint32_t k = layout->item_count; k < layout->item_stride; k++) set_item_box(&f, k, &box_empty);
 }
 
+void view_frame(Layout *layout, const double *values)
+{
+    field_tables_frame(&layout->fields, values);
+}
+
 void view_bounds(Layout *layout, const double *values, Box *box)
 {
     const Projection world = {.axis = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, .unit = 1, .start = -INFINITY, .limit = INFINITY};
@@ -372,7 +385,8 @@ bool view_same_geometry(const Layout *layout, const double *values, const double
     for (uint32_t k = 0; k < plan->leaf_count; k++) {
         const PlanLeaf *leaf = &plan->leaves[k];
         if (leaf->shown != NO_SLOT && values[leaf->shown] != others[leaf->shown]) return false;
-        if (leaf->kind != LEAF_GROUP && memcmp(values + leaf->quadric, others + leaf->quadric, 10 * sizeof *values)) return false;
+        size_t count = leaf->kind == LEAF_GROUP ? 0 : leaf->kind == LEAF_FIELD ? 12 : 10;
+        if (count && memcmp(values + leaf->quadric, others + leaf->quadric, count * sizeof *values)) return false;
     }
     for (uint32_t k = 0; k < plan->perturbation_count; k++) {
         const PlanPerturbation *p = &plan->perturbations[k];

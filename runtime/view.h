@@ -17,6 +17,7 @@
 #include "compiler/plan.h"
 #include "kernels/shared.h"
 #include "runtime/camera.h"
+#include "runtime/fold_field.h"
 
 // The plan's leaves and perturbations under one numbering (PlanNode in shared.h), and the items that tiles choose from.
 typedef struct Layout {
@@ -26,6 +27,7 @@ typedef struct Layout {
     uint32_t *items;         // numbers of components and perturbations, ascending
     uint32_t item_count, item_stride;
     Box *boxes;              // of each number, while folding
+    FieldTables fields;
 } Layout;
 
 // False if there is no memory, or if groups that stand in groups that … make more than 2^28 records.
@@ -40,6 +42,9 @@ typedef struct Projection {
     double start;      // first w; -INFINITY
     double limit;      // w beyond which nothing is seen
 } Projection;
+
+// Before anything of a frame is folded: takes the numbers of its general fields.
+void view_frame(Layout *layout, const double *values);
 
 // Bounds of the scene in the world; sides without an end are infinite, an empty scene has low > high.
 void view_bounds(Layout *layout, const double *values, Box *box);

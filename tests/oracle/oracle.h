@@ -45,13 +45,16 @@ typedef struct OraclePerturbation { // strength · max(Q, 0)³
     double strength;
 } OraclePerturbation;
 
-typedef struct OracleBase { // weight · Q
+typedef struct OracleBase { // weight · Q, or weight · F of a general field
     OracleQuadric quadric;
+    struct OracleExpression *field; // instead of the quadric's numbers; NULL: it is one
     double weight;
 } OracleBase;
 
 typedef struct OracleLeaf {
     uint32_t first_base, base_count; // their sum: one of weight 1, or of a morph one for each of what is morphed
+    uint32_t field_count;            // of the bases that are general fields
+    uint32_t guards[4], guard_count; // if there are any: quadrics outside of which the leaf does not matter
     uint32_t first, count;           // perturbations
     double material[11];             // as OP_MATERIAL
     const char *object;              // outermost name, "" without one
@@ -94,6 +97,7 @@ typedef struct Oracle {
     bool orthographic;
     double background[3];
     double bound[4];   // ball that holds the surface for the plain reference: centre, radius; radius 0: not known
+    struct OracleExpression *expressions; // all of them
     struct OracleScratch *scratch; // of the exact way
     struct OraclePlain *plain;     // of the plain one
 } Oracle;

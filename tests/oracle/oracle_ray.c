@@ -22,7 +22,10 @@ typedef struct LiveParabola { // a perturbation that acts somewhere on the ray
 typedef struct RayLeaf {
     OracleParabola base;
     uint32_t first, count; // of live
-    bool changes;          // its sign, somewhere on the ray
+    const OracleLeaf *field; // with general fields among its bases; NULL: a free form
+    OracleTerm terms[ORACLE_TERMS];
+    int term_count;
+    bool changes;            // its sign, somewhere on the ray
 } RayLeaf;
 
 struct OracleScratch {
@@ -249,15 +252,98 @@ static void piece_events(OracleScratch *s, const OracleRay *ray, const RayLeaf *
     }
 }
 
-static double leaf_at(const OracleScratch *s, uint32_t index, double t)
+static double added_at(const OracleScratch *s, const RayLeaf *leaf, double t)
 {
-    const RayLeaf *leaf = &s->leaves[index];
-    double f = parabola_at(&leaf->base, t);
+    double f = 0;
     for (uint32_t k = 0; k < leaf->count; k++) {
         double q = parabola_at(&s->live[leaf->first + k].q, t);
         if (q > 0) f += s->live[leaf->first + k].strength * q * q * q;
     }
     return f;
+}
+
+static double line_at(const RayLeaf *leaf, double t)
+{
+    double sum = 0;
+    for (int k = 0; k < leaf->term_count; k++) {
+        const OracleTerm *term = &leaf->terms[k];
+        double point[3];
+        for (int i = 0; i < 3; i++) point[i] = term->line.origin[i] + t * term->line.direction[i];
+        sum += term->weight * oracle_expression_at(term->expression, point, NULL);
+    }
+    return sum;
+}
+
+static double leaf_at(const OracleScratch *s, uint32_t index, double t)
+{
+    const RayLeaf *leaf = &s->leaves[index];
+    return parabola_at(&leaf->base, t) + (leaf->field ? line_at(leaf, t) : 0) + added_at(s, leaf, t);
+}
+
+// -- general fields on a ray
+
+typedef struct FieldSeeking {
+    OracleScratch *scratch;
+    const OracleRay *ray;
+    const RayLeaf *leaf;
+} FieldSeeking;
+
+static double seeking_at(void *context, double t)
+{
+    const FieldSeeking *f = context;
+    return parabola_at(&f->leaf->base, t) + line_at(f->leaf, t) + added_at(f->scratch, f->leaf, t);
+}
+
+static OracleSpan parabola_over(const OracleParabola *parabola, double low, double high)
+{
+    double p = parabola_at(parabola, low), q = parabola_at(parabola, high), turn = -parabola->b / (2 * parabola->a);
+    double least = fmin(p, q), most = fmax(p, q);
+    if (turn > low && turn < high) {
+        least = fmin(least, parabola_at(parabola, turn));
+        most = fmax(most, parabola_at(parabola, turn));
+    }
+    double margin = 1e-12 * (fabs(least) + fabs(most));
+    return (OracleSpan){least - margin, most + margin, false};
+}
+
+static OracleSpan seeking_more(void *context, double low, double high)
+{
+    const FieldSeeking *f = context;
+    OracleSpan sum = parabola_over(&f->leaf->base, low, high);
+    for (uint32_t k = 0; k < f->leaf->count; k++) {
+        const LiveParabola *live = &f->scratch->live[f->leaf->first + k];
+        OracleSpan q = parabola_over(&live->q, low, high);
+        double least = fmax(q.low, 0), most = fmax(q.high, 0);
+        double a = live->strength * least * least * least, b = live->strength * most * most * most;
+        double margin = 1e-12 * (fabs(a) + fabs(b));
+        sum.low += fmin(a, b) - margin;
+        sum.high += fmax(a, b) + margin;
+    }
+    return sum;
+}
+
+static void seeking_found(void *context, double t)
+{
+    const FieldSeeking *f = context;
+    add_event(f->scratch, f->ray, t);
+}
+
+static void field_events(const Oracle *oracle, OracleScratch *s, const OracleRay *ray, const RayLeaf *leaf)
+{
+    FieldSeeking context = {s, ray, leaf};
+    OracleSeek seek = {leaf->terms, leaf->term_count, &context, seeking_at, seeking_more, seeking_found};
+    double near = ray->near, far = ray->far;
+    for (uint32_t k = 0; k < leaf->field->guard_count; k++) {
+        OracleParabola q = oracle_base_parabola(oracle, &oracle->leaves[leaf->field->guards[k]], ray);
+        double roots[2];
+        int count = oracle_parabola_roots(&q, roots);
+        if (count == 0 && q.a <= 0 && q.c < 0 && (q.a < 0 || q.b == 0)) return;
+        if (count != 2 || q.a >= 0) continue;
+        double margin = 1e-9 * (fabs(roots[0]) + fabs(roots[1]));
+        near = fmax(near, roots[0] - margin);
+        far = fmin(far, roots[1] + margin);
+    }
+    if (near < far) oracle_expression_seek(&seek, near, far);
 }
 
 // The middle of the span that begins at event k (0: at the ray's beginning), and where the span begins.
@@ -302,6 +388,22 @@ static Constancy prune(const Oracle *oracle, uint32_t at, double t)
     return c;
 }
 
+// The general fields among the bases of a leaf, with the ray in their coordinates.
+static void make_terms(const Oracle *oracle, const OracleRay *ray, RayLeaf *leaf)
+{
+    for (uint32_t i = 0; i < leaf->field->base_count; i++) {
+        const OracleBase *base = &oracle->bases[leaf->field->first_base + i];
+        if (!base->field || leaf->term_count == ORACLE_TERMS) continue;
+        OracleTerm *term = &leaf->terms[leaf->term_count++];
+        *term = (OracleTerm){.expression = base->field, .weight = base->weight};
+        oracle_map_point(base->quadric.map.m, ray->origin, term->line.origin);
+        for (int k = 0; k < 3; k++) {
+            const double *row = base->quadric.map.m + 4 * k, *d = ray->direction;
+            term->line.direction[k] = row[0] * d[0] + row[1] * d[1] + row[2] * d[2];
+        }
+    }
+}
+
 // Fills the ray's leaves, the sorted places where any of them changes its sign, and the tree of those that do.
 static Constancy cast(const Oracle *oracle, const OracleRay *ray)
 {
@@ -324,7 +426,11 @@ static Constancy cast(const Oracle *oracle, const OracleRay *ray)
             s->live[s->live_count++] = (LiveParabola){q, p->strength};
             out->count++;
         }
-        if (out->count) {
+        if (leaf->field_count) {
+            out->field = leaf;
+            make_terms(oracle, ray, out);
+            field_events(oracle, s, ray, out);
+        } else if (out->count) {
             piece_events(s, ray, out);
         } else {
             double roots[2];

@@ -203,6 +203,10 @@ double oracle_ir_field(const Oracle *oracle, IrId id, const double point[3], dou
     memset(gradient, 0, sizeof spare);
     switch (node->op) {
     case OP_EMPTY: return -ORACLE_INFINITY;
+    case OP_FIELD: {
+        OracleExpression *expression = oracle_expression_new((Oracle *)oracle, id);
+        return oracle_expression_at(expression, point, gradient);
+    }
     case OP_QUADRIC: {
         double a[10];
         for (int k = 0; k < 10; k++) a[k] = oracle->scalars[operands[k]];
@@ -432,6 +436,7 @@ static void read_quadric(Walk *walk, IrId id, const double map[12], OracleQuadri
     const Oracle *oracle = walk->oracle;
     const IrId *operands = ir_operands(oracle->ir, id);
     switch (ir_at(oracle->ir, id)->op) {
+    case OP_FIELD: set_map(&out->map, map); return;
     case OP_QUADRIC:
         for (int k = 0; k < 10; k++) out->a[k] = oracle->scalars[operands[k]];
         set_map(&out->map, map);
@@ -472,6 +477,7 @@ static void read_perturbation(Walk *walk, IrId id, const double map[12], OracleP
 static OracleBase *add_base(Oracle *oracle)
 {
     oracle->bases = grow(oracle->bases, oracle->base_count, &oracle->base_capacity, sizeof *oracle->bases);
+    oracle->bases[oracle->base_count] = (OracleBase){0};
     return &oracle->bases[oracle->base_count++];
 }
 
@@ -491,6 +497,7 @@ static Partner read_leaf(Walk *walk, IrId id, const Carried *carried)
     OracleBase *base = add_base(oracle);
     read_quadric(walk, id, carried->map, &base->quadric);
     base->weight = carried->weight * carried->sign;
+    if (ir_at(oracle->ir, id)->op == OP_FIELD) base->field = oracle_expression_new(oracle, id);
     for (uint32_t k = 0; k < carried->inherited_count; k++) {
         OraclePerturbation *p = add_perturbation(oracle);
         *p = walk->inherited[carried->inherited_first + k];
@@ -513,6 +520,7 @@ static void add_leaf(Walk *walk, const Partner *last, int sign)
         for (uint32_t k = 0; k < one->base_count; k++, leaf->base_count++) {
             OracleBase *base = add_base(oracle);
             *base = oracle->bases[one->first_base + k];
+            leaf->field_count += base->field != NULL;
             base->weight *= sign; // the complements above make it that of the outermost field again
         }
         for (uint32_t k = 0; k < one->count; k++, leaf->count++) {
@@ -594,6 +602,7 @@ static bool first_paint(const Ir *ir, IrId id, IrId *paint)
     const IrId *operands = ir_operands(ir, id);
     switch (node->op) {
     case OP_EMPTY: return false;
+    case OP_FIELD:
     case OP_QUADRIC: *paint = 0; return true;
     case OP_PAINT:
         if (!first_paint(ir, operands[0], paint)) return false;
@@ -617,6 +626,7 @@ static void walk_field(Walk *walk, IrId id, Carried carried)
     uint32_t at;
     double inverse[12], local[12];
     switch (node->op) {
+    case OP_FIELD:
     case OP_QUADRIC: walk_leaf(walk, id, &carried); return;
     case OP_MORPH: walk_morph(walk, id, carried); return;
     case OP_FREEFORM:
@@ -664,6 +674,26 @@ static void walk_field(Walk *walk, IrId id, Carried carried)
     oracle->nodes[at].after = oracle->node_count;
 }
 
+// Where a quadric of an intersection is negative, nothing else of the intersection matters: so an endless field has an end on most rays.
+static void find_guards(Oracle *oracle, uint32_t at, const uint32_t *above, uint32_t above_count)
+{
+    const OracleNode *node = &oracle->nodes[at];
+    uint32_t guards[4], count = above_count;
+    if (above_count) memcpy(guards, above, above_count * sizeof *above);
+    if (node->kind == ORACLE_LEAF) {
+        OracleLeaf *leaf = &oracle->leaves[node->leaf];
+        memcpy(leaf->guards, guards, sizeof leaf->guards);
+        leaf->guard_count = count;
+        return;
+    }
+    for (uint32_t k = at + 1; node->kind == ORACLE_INTERSECT && k < node->after; k = oracle->nodes[k].after) {
+        const OracleNode *child = &oracle->nodes[k];
+        bool plain = child->kind == ORACLE_LEAF && !oracle->leaves[child->leaf].field_count && !oracle->leaves[child->leaf].count;
+        if (plain && count < 4) guards[count++] = child->leaf;
+    }
+    for (uint32_t k = at + 1; k < node->after; k = oracle->nodes[k].after) find_guards(oracle, k, guards, count);
+}
+
 static void read_scene(Walk *walk)
 {
     Oracle *oracle = walk->oracle;
@@ -686,6 +716,7 @@ static bool read_all(Walk *walk, const OracleFrame *frame)
     evaluate_numbers(walk, frame);
     read_scene(walk);
     walk_field(walk, walk->oracle->ir->root, (Carried){.map = identity_map, .name = "", .sign = 1, .weight = 1});
+    find_guards(walk->oracle, 0, NULL, 0);
     return true;
 }
 
@@ -724,6 +755,7 @@ void oracle_free(Oracle *oracle)
     oracle_scratch_free(oracle->scratch);
     oracle_plain_free(oracle->plain);
     free(oracle->nodes);
+    oracle_expressions_free(oracle);
     free(oracle->leaves);
     free(oracle->bases);
     free(oracle->perturbations);
@@ -743,6 +775,16 @@ static double quadric_at(const OracleQuadric *quadric, const double point[3], do
     return f;
 }
 
+static double base_at(const OracleBase *base, const double point[3], double gradient[3])
+{
+    if (!base->field) return quadric_at(&base->quadric, point, gradient);
+    double local[3];
+    oracle_map_point(base->quadric.map.m, point, local);
+    double f = oracle_expression_at(base->field, local, gradient);
+    if (gradient) map_gradient(base->quadric.map.m, gradient, gradient);
+    return f;
+}
+
 double oracle_leaf_field(const Oracle *oracle, uint32_t index, const double point[3], double gradient[3])
 {
     const OracleLeaf *leaf = &oracle->leaves[index];
@@ -751,7 +793,7 @@ double oracle_leaf_field(const Oracle *oracle, uint32_t index, const double poin
     for (uint32_t k = 0; k < leaf->base_count; k++) {
         const OracleBase *base = &oracle->bases[leaf->first_base + k];
         double g[3];
-        f += base->weight * quadric_at(&base->quadric, point, gradient ? g : NULL);
+        f += base->weight * base_at(base, point, gradient ? g : NULL);
         if (gradient) add_scaled(gradient, base->weight, g);
     }
     for (uint32_t k = 0; k < leaf->count; k++) {

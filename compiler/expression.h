@@ -1,0 +1,28 @@
+// Expressions: scalars of point rate, as nodes of the IR.
+//
+// An expression is F of a general field. Warps, maps and perturbations of a general field are expressions again: other
+// coordinates put into it, something added to it. So there is one kind of general field, whatever the scene does to it.
+//
+// Everything is in the IR's arena; nodes that are equal are one, so what is built twice is there once.
+#ifndef SCN_COMPILER_EXPRESSION_H
+#define SCN_COMPILER_EXPRESSION_H
+
+#include "compiler/ir.h"
+
+// The first operation of the expression at point rate that is nothing for fields; OP_NONE if there is none.
+IrOp expression_unknown(const Ir *ir, IrId expression);
+
+// The expression with other expressions for x, y and z.
+IrId expression_substitute(Ir *ir, IrId expression, const IrId coordinates[3]);
+
+// Where the inverse of a map (an IR_MATRIX of frame rate at most) takes the point: three expressions.
+void expression_inverse_point(Ir *ir, Span span, IrId matrix, IrId coordinates[3]);
+
+// The expression of a base (compiler/leaf.h) in the coordinates outside of its map.
+IrId expression_of_base(Ir *ir, IrId base);
+
+// operands[0] is the base of a general field, the others are perturbations whose functions are bases of quadrics: F and
+// the sum of all s max(Q + c, 0)³, as a FIELD. With one operand it is the base as it is.
+IrId expression_perturbed(Ir *ir, const IrId *operands, uint32_t count);
+
+#endif

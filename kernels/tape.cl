@@ -1,0 +1,674 @@
+// Tapes (tape_shared.h) evaluated: at points, over boxes, and over pieces of rays with the slope along them.
+//
+// Ranges are rounded outwards after every operation, by what OpenCL's full profile allows the operation to be wrong: half a unit in the last place
+// for sums and products, 2.5 for quotients, 3 for roots, exponentials and logarithms, 4 for sines, arcus sines and cosines, 5 for tangents and arcus
+// tangents, 6 for atan2. An end that is not a number or too large is infinite. So the range of a tape holds every value that the expression, with the
+// tape's numbers, has for real numbers there. What may be undefined, and what certainly is, is kept by lane.
+//
+// Values stand in memory of the tile (v): TAPE_POINT coordinates first.
+
+#define NOINLINE __attribute__((noinline))
+#define LARGEST 3.402823e38f
+
+typedef struct Tape {
+    __global const TapeStep *steps;
+    uint count, root; // steps; the value that is the tape's
+} Tape;
+
+typedef struct Range {
+    FLOAT low, high;
+} Range;
+
+typedef struct Doubt { // lanes
+    INT maybe, never;  // undefined for some, for all of the range
+} Doubt;
+
+static FLOAT each_sin(FLOAT x) { BY_HALVES(sin, x) }
+static FLOAT each_cos(FLOAT x) { BY_HALVES(cos, x) }
+static FLOAT each_tan(FLOAT x) { BY_HALVES(tan, x) }
+static FLOAT each_asin(FLOAT x) { BY_HALVES(asin, x) }
+static FLOAT each_acos(FLOAT x) { BY_HALVES(acos, x) }
+static FLOAT each_atan(FLOAT x) { BY_HALVES(atan, x) }
+static FLOAT each_exp(FLOAT x) { BY_HALVES(exp, x) }
+static FLOAT each_log(FLOAT x) { BY_HALVES(log, x) }
+static FLOAT each_floor(FLOAT x) { BY_HALVES(floor, x) }
+static FLOAT each_ceil(FLOAT x) { BY_HALVES(ceil, x) }
+static FLOAT each_round(FLOAT x) { BY_HALVES(round, x) }
+static FLOAT each_atan2(FLOAT y, FLOAT x)
+{
+#if LANES == 32
+    FLOAT r;
+    r.lo = atan2(y.lo, x.lo);
+    r.hi = atan2(y.hi, x.hi);
+    return r;
+#else
+    return atan2(y, x);
+#endif
+}
+
+// --- at points
+
+static FLOAT whole_power(FLOAT a, int n)
+{
+    FLOAT r = 1.0f;
+    for (uint k = (uint)abs(n); k; k >>= 1) {
+        if (k & 1u) r *= a;
+        a *= a;
+    }
+    return n < 0 ? 1.0f / r : r;
+}
+
+static FLOAT defined(FLOAT r, FLOAT a, FLOAT b)
+{
+    FLOAT nothing = NAN;
+    return ((a == a) & (b == b)) ? r : nothing;
+}
+
+static FLOAT truth(INT mask)
+{
+    FLOAT one = 1.0f, zero = 0.0f;
+    return mask ? one : zero;
+}
+
+static NOINLINE void rare_value(uint op, const FLOAT *pa, const FLOAT *pb, FLOAT *result)
+{
+    FLOAT a = *pa, b = *pb, r = NAN;
+    switch (op) {
+    case TAPE_POW: r = each_exp(b * each_log(a)); break;
+    case TAPE_EXP: r = each_exp(a); break;
+    case TAPE_LOG: r = each_log(a); break;
+    case TAPE_SIN: r = each_sin(a); break;
+    case TAPE_COS: r = each_cos(a); break;
+    case TAPE_TAN: r = each_tan(a); break;
+    case TAPE_ASIN: r = each_asin(a); break;
+    case TAPE_ACOS: r = each_acos(a); break;
+    case TAPE_ATAN: r = each_atan(a); break;
+    case TAPE_ATAN2: r = each_atan2(a, b); break;
+    case TAPE_MOD: r = a - b * each_floor(a / b); break;
+    case TAPE_FLOOR: r = each_floor(a); break;
+    case TAPE_CEIL: r = each_ceil(a); break;
+    case TAPE_ROUND: r = each_round(a); break;
+    case TAPE_SIGN: r = defined(truth(a > 0.0f) - truth(a < 0.0f), a, a); break;
+    case TAPE_LT: r = defined(truth(a < b), a, b); break;
+    case TAPE_LE: r = defined(truth(a <= b), a, b); break;
+    case TAPE_EQ: r = defined(truth(a == b), a, b); break;
+    case TAPE_AND: r = (a == 0.0f) ? a : defined(truth(b != 0.0f), a, b); break;
+    case TAPE_OR: r = ((a == a) & (a != 0.0f)) ? truth(a == a) : defined(truth(b != 0.0f), a, b); break;
+    case TAPE_NOT: r = defined(truth(a == 0.0f), a, a); break;
+    default: break;
+    }
+    *result = r;
+}
+
+static NOINLINE void tape_value(const Tape *tape, const FLOAT *point, __global FLOAT *v, FLOAT *result)
+{
+    for (uint k = 0; k < TAPE_POINT; k++) v[k] = point[k];
+    for (uint k = 0; k < tape->count; k++) {
+        TapeStep step = tape->steps[k];
+        FLOAT a = v[TAPE_A(step.word)], b = as_float(step.b), r;
+        uint op = TAPE_OP(step.word);
+        if (!(step.word & TAPE_LITERAL) && op <= TAPE_MAX && op) b = v[step.b];
+        switch (op) {
+        case TAPE_NUMBER: r = b; break;
+        case TAPE_ADD: r = a + b; break;
+        case TAPE_SUB: r = a - b; break;
+        case TAPE_BACK_SUB: r = b - a; break;
+        case TAPE_MUL: r = a * b; break;
+        case TAPE_DIV: r = a / b; break;
+        case TAPE_BACK_DIV: r = b / a; break;
+        case TAPE_MIN:
+            r = b < a ? b : a;
+            r = b == b ? r : b;
+            break;
+        case TAPE_MAX:
+            r = b > a ? b : a;
+            r = b == b ? r : b;
+            break;
+        case TAPE_NEG: r = -a; break;
+        case TAPE_ABS: r = a < 0.0f ? -a : a; break;
+        case TAPE_SQUARE: r = a * a; break;
+        case TAPE_SQRT: r = root(a); break;
+        case TAPE_POWER: r = whole_power(a, (int)step.b); break;
+        case TAPE_SELECT: {
+            FLOAT nothing = NAN;
+            r = a != 0.0f ? v[step.b & 0xffffu] : v[step.b >> 16];
+            r = a == a ? r : nothing;
+            break;
+        }
+        default:
+            if (!(step.word & TAPE_LITERAL) && (op == TAPE_POW || op == TAPE_ATAN2 || op == TAPE_MOD || (op >= TAPE_LT && op <= TAPE_OR))) b = v[step.b];
+            rare_value(op, &a, &b, &r);
+            break;
+        }
+        v[TAPE_POINT + k] = r;
+    }
+    *result = v[tape->root];
+}
+
+// --- ranges
+
+static FLOAT below(FLOAT x, float units)
+{
+    FLOAT largest = LARGEST, none = -INFINITY;
+    x = x > largest ? largest : x;
+    x -= size_of(x) * (units * 1.2e-7f) + 1.2e-38f;
+    return x == x ? x : none;
+}
+
+static FLOAT above(FLOAT x, float units)
+{
+    FLOAT largest = -LARGEST, none = INFINITY;
+    x = x < largest ? largest : x;
+    x += size_of(x) * (units * 1.2e-7f) + 1.2e-38f;
+    return x == x ? x : none;
+}
+
+static Range outward(FLOAT low, FLOAT high, float units)
+{
+    return (Range){below(low, units), above(high, units)};
+}
+
+static Range range_everything(void)
+{
+    FLOAT low = -INFINITY, high = INFINITY;
+    return (Range){low, high};
+}
+
+static Range range_choose(INT mask, Range a, Range b)
+{
+    return (Range){mask ? a.low : b.low, mask ? a.high : b.high};
+}
+
+static Range range_hull(Range a, Range b)
+{
+    return (Range){least(a.low, b.low), most(a.high, b.high)};
+}
+
+static Range range_add(Range a, Range b)
+{
+    return outward(a.low + b.low, a.high + b.high, 1.0f);
+}
+
+static Range range_sub(Range a, Range b)
+{
+    return outward(a.low - b.high, a.high - b.low, 1.0f);
+}
+
+// An infinite end is not reached, so 0 times it is 0.
+static FLOAT product(FLOAT a, FLOAT b)
+{
+    FLOAT p = a * b, zero = 0.0f;
+    return p == p ? p : zero;
+}
+
+static Range range_mul(Range a, Range b)
+{
+    FLOAT p = product(a.low, b.low), q = product(a.low, b.high), r = product(a.high, b.low), s = product(a.high, b.high);
+    return outward(least(least(p, q), least(r, s)), most(most(p, q), most(r, s)), 1.0f);
+}
+
+static Range range_scale(Range a, float b)
+{
+    FLOAT p = product(a.low, (FLOAT)(b)), q = product(a.high, (FLOAT)(b));
+    return b < 0.0f ? outward(q, p, 1.0f) : outward(p, q, 1.0f);
+}
+
+static INT has_zero(Range a)
+{
+    return (a.low <= 0.0f) & (a.high >= 0.0f);
+}
+
+static Range range_div(Range a, Range b)
+{
+    FLOAT p = a.low / b.low, q = a.low / b.high, r = a.high / b.low, s = a.high / b.high;
+    Range result = outward(least(least(p, q), least(r, s)), most(most(p, q), most(r, s)), 3.0f);
+    INT bad = has_zero(b) | (p != p) | (q != q) | (r != r) | (s != s);
+    return range_choose(bad, range_everything(), result);
+}
+
+static Range range_square(Range a)
+{
+    FLOAT p = a.low * a.low, q = a.high * a.high, zero = 0.0f;
+    FLOAT low = most(below(least(p, q), 1.0f), zero);
+    return (Range){has_zero(a) ? zero : low, above(most(p, q), 1.0f)};
+}
+
+static Range range_abs(Range a)
+{
+    FLOAT zero = 0.0f;
+    return (Range){has_zero(a) ? zero : most(a.low, -a.high), most(-a.low, a.high)};
+}
+
+static Range range_root(Range a)
+{
+    FLOAT zero = 0.0f;
+    Range r = outward(root(most(a.low, zero)), root(most(a.high, zero)), 4.0f);
+    r.low = most(r.low, zero);
+    return r;
+}
+
+static Range range_exp(Range a)
+{
+    Range r = outward(each_exp(a.low), each_exp(a.high), 4.0f);
+    r.low = most(r.low, 0.0f);
+    return r;
+}
+
+static Range range_log(Range a)
+{
+    FLOAT none = -INFINITY;
+    Range r = outward(each_log(most(a.low, 0.0f)), each_log(most(a.high, 0.0f)), 4.0f);
+    r.low = a.low > 0.0f ? r.low : none;
+    return r;
+}
+
+// The whole power n of both ends keeps their order, or is even.
+static Range range_power(Range a, int n)
+{
+    float units = 1.0f + (float)abs(n);
+    FLOAT one = 1.0f, zero = 0.0f;
+    if (n == 0) return (Range){one, one};
+    Range base = (n & 1) ? a : range_abs(a);
+    Range r = outward(whole_power(base.low, abs(n)), whole_power(base.high, abs(n)), units);
+    if (!(n & 1)) r.low = most(r.low, zero);
+    return n < 0 ? range_div((Range){one, one}, r) : r;
+}
+
+// Whether the range holds first + a whole number of turns.
+static INT has_turn(Range a, float first)
+{
+    FLOAT low = (a.low - first) * 0.15915494f, high = (a.high - first) * 0.15915494f;
+    FLOAT margin = 1e-6f * (1.0f + size_of(low) + size_of(high));
+    return each_floor(high + margin) >= each_ceil(low - margin);
+}
+
+static Range range_wave(Range a, float top, FLOAT p, FLOAT q)
+{
+    FLOAT one = 1.0f, minus = -1.0f;
+    Range r = outward(least(p, q), most(p, q), 5.0f);
+    INT far = !(a.high - a.low < 6.28f) | (size_of(a.low) > 1e4f) | (size_of(a.high) > 1e4f);
+    r.high = (far | has_turn(a, top)) ? one : least(r.high, one);
+    r.low = (far | has_turn(a, top + 3.1415927f)) ? minus : most(r.low, minus);
+    return r;
+}
+
+static Range range_sin(Range a)
+{
+    return range_wave(a, 1.5707963f, each_sin(a.low), each_sin(a.high));
+}
+
+static Range range_cos(Range a)
+{
+    return range_wave(a, 0.0f, each_cos(a.low), each_cos(a.high));
+}
+
+static INT has_pole(Range a) // of the tangent
+{
+    return !(a.high - a.low < 3.14f) | (size_of(a.low) > 1e4f) | (size_of(a.high) > 1e4f) | has_turn(a, 1.5707963f) | has_turn(a, -1.5707963f);
+}
+
+static Range range_atan2(Range y, Range x)
+{
+    FLOAT p = each_atan2(y.low, x.low), q = each_atan2(y.low, x.high), r = each_atan2(y.high, x.low), s = each_atan2(y.high, x.high);
+    FLOAT low = -3.1415930f, high = 3.1415930f;
+    Range result = outward(least(least(p, q), least(r, s)), most(most(p, q), most(r, s)), 8.0f);
+    return range_choose((x.low <= 0.0f) & has_zero(y), (Range){low, high}, result);
+}
+
+static Range range_mod(Range a, Range b)
+{
+    FLOAT zero = 0.0f;
+    Range turns = range_div(a, b);
+    turns.low = each_floor(turns.low);
+    turns.high = each_floor(turns.high);
+    Range r = range_sub(a, range_mul(turns, b));
+    Range whole = {least(b.low, zero), most(b.high, zero)};
+    INT near = (turns.low == turns.high) & !has_zero(b);
+    r.low = most(r.low, whole.low);
+    r.high = least(r.high, whole.high);
+    return range_choose(near & (r.low <= r.high), r, whole);
+}
+
+static Range range_truth(INT may_be_false, INT may_be_true)
+{
+    FLOAT zero = 0.0f, one = 1.0f;
+    return (Range){may_be_false ? zero : one, may_be_true ? one : zero};
+}
+
+static INT has_other(Range a)
+{
+    return (a.low != 0.0f) | (a.high != 0.0f);
+}
+
+// What an operation of one operand is not defined for.
+static void doubt_unary(uint op, Range a, int lazy, Doubt *doubt)
+{
+    INT maybe, never;
+    if (op == TAPE_SQRT || op == TAPE_LOG || op == TAPE_POW) {
+        maybe = !(a.low >= 0.0f);
+        never = a.high < 0.0f;
+    } else {
+        maybe = !((a.low >= -1.0f) & (a.high <= 1.0f));
+        never = (a.low > 1.0f) | (a.high < -1.0f);
+    }
+    doubt->maybe = doubt->maybe | maybe;
+    if (!lazy) doubt->never = doubt->never | never;
+}
+
+static NOINLINE void rare_range(uint op, const Range *pa, const Range *pb, int lazy, Doubt *doubt, Range *result)
+{
+    Range a = *pa, b = *pb, r = range_everything();
+    FLOAT one = 1.0f, minus = -1.0f;
+    switch (op) {
+    case TAPE_POW:
+        doubt_unary(op, a, lazy, doubt);
+        doubt->maybe = doubt->maybe | ((a.low <= 0.0f) & (b.low <= 0.0f));
+        r = range_exp(range_mul(b, range_log(a)));
+        r = range_choose((a.low <= 0.0f) & (b.low <= 0.0f), range_everything(), r);
+        break;
+    case TAPE_EXP: r = range_exp(a); break;
+    case TAPE_LOG:
+        doubt_unary(op, a, lazy, doubt);
+        r = range_log(a);
+        break;
+    case TAPE_SIN: r = range_sin(a); break;
+    case TAPE_COS: r = range_cos(a); break;
+    case TAPE_TAN: {
+        INT pole = has_pole(a);
+        doubt->maybe = doubt->maybe | pole;
+        r = range_choose(pole, r, outward(each_tan(a.low), each_tan(a.high), 6.0f));
+        break;
+    }
+    case TAPE_ASIN:
+        doubt_unary(op, a, lazy, doubt);
+        r = outward(each_asin(most(a.low, minus)), each_asin(least(a.high, one)), 5.0f);
+        break;
+    case TAPE_ACOS:
+        doubt_unary(op, a, lazy, doubt);
+        r = outward(each_acos(least(a.high, one)), each_acos(most(a.low, minus)), 5.0f);
+        break;
+    case TAPE_ATAN: r = outward(each_atan(a.low), each_atan(a.high), 6.0f); break;
+    case TAPE_ATAN2: r = range_atan2(a, b); break;
+    case TAPE_MOD:
+        doubt->maybe = doubt->maybe | has_zero(b);
+        r = range_mod(a, b);
+        break;
+    case TAPE_FLOOR: r = (Range){each_floor(a.low), each_floor(a.high)}; break;
+    case TAPE_CEIL: r = (Range){each_ceil(a.low), each_ceil(a.high)}; break;
+    case TAPE_ROUND: r = (Range){each_round(a.low), each_round(a.high)}; break;
+    case TAPE_SIGN: r = (Range){truth(a.low > 0.0f) - truth(a.low < 0.0f), truth(a.high > 0.0f) - truth(a.high < 0.0f)}; break;
+    case TAPE_LT: r = range_truth(a.high >= b.low, a.low < b.high); break;
+    case TAPE_LE: r = range_truth(a.high > b.low, a.low <= b.high); break;
+    case TAPE_EQ: r = range_truth((a.low != a.high) | (b.low != b.high) | (a.low != b.low), (a.low <= b.high) & (b.low <= a.high)); break;
+    case TAPE_AND: r = range_truth(has_zero(a) | has_zero(b), has_other(a) & has_other(b)); break;
+    case TAPE_OR: r = range_truth(has_zero(a) & has_zero(b), has_other(a) | has_other(b)); break;
+    case TAPE_NOT: r = range_truth(has_other(a), has_zero(a)); break;
+    default: break;
+    }
+    *result = r;
+}
+
+static int takes_second(uint op)
+{
+    return (op >= TAPE_ADD && op <= TAPE_MAX) || op == TAPE_POW || op == TAPE_ATAN2 || op == TAPE_MOD || (op >= TAPE_LT && op <= TAPE_OR);
+}
+
+// The range of an operation but SELECT. b is its second operand, or twice the literal.
+static Range step_range(TapeStep step, Range a, Range b, Doubt *doubt)
+{
+    uint op = TAPE_OP(step.word);
+    Range r;
+    switch (op) {
+    case TAPE_NUMBER: return b;
+    case TAPE_ADD: return range_add(a, b);
+    case TAPE_SUB: return range_sub(a, b);
+    case TAPE_BACK_SUB: return range_sub(b, a);
+    case TAPE_MUL: return step.word & TAPE_LITERAL ? range_scale(a, as_float(step.b)) : range_mul(a, b);
+    case TAPE_DIV: doubt->maybe = doubt->maybe | has_zero(b); return range_div(a, b);
+    case TAPE_BACK_DIV: doubt->maybe = doubt->maybe | has_zero(a); return range_div(b, a);
+    case TAPE_MIN: return (Range){least(a.low, b.low), least(a.high, b.high)};
+    case TAPE_MAX: return (Range){most(a.low, b.low), most(a.high, b.high)};
+    case TAPE_NEG: return (Range){-a.high, -a.low};
+    case TAPE_ABS: return range_abs(a);
+    case TAPE_SQUARE: return range_square(a);
+    case TAPE_SQRT: doubt_unary(op, a, step.word & TAPE_LAZY, doubt); return range_root(a);
+    case TAPE_POWER:
+        if ((int)step.b < 0) doubt->maybe = doubt->maybe | has_zero(a);
+        return range_power(a, (int)step.b);
+    default: rare_range(op, &a, &b, step.word & TAPE_LAZY, doubt, &r); return r;
+    }
+}
+
+// --- over pieces of rays
+
+typedef struct Dual { // a range and that of its derivative along the ray
+    Range f, d;
+} Dual;
+
+// The derivative of an operation of one operand, as a range: a its operand, r its result.
+static NOINLINE void unary_slope(uint op, int power, const Range *pa, const Range *pr, Range *result)
+{
+    Range a = *pa, r = *pr, s = range_everything();
+    FLOAT one = 1.0f, minus = -1.0f, zero = 0.0f, infinite = INFINITY;
+    Range ones = {one, one};
+    switch (op) {
+    case TAPE_ABS: s = (Range){a.low >= 0.0f ? one : minus, a.high <= 0.0f ? minus : one}; break;
+    case TAPE_SQRT:
+        s = (Range){below(0.5f / r.high, 3.0f), r.low > 0.0f ? above(0.5f / r.low, 3.0f) : infinite};
+        s.low = most(s.low, zero);
+        break;
+    case TAPE_POWER: s = power ? range_scale(range_power(a, power - 1), (float)power) : (Range){zero, zero}; break;
+    case TAPE_EXP: s = r; break;
+    case TAPE_LOG: {
+        Range inside = {most(a.low, zero), a.high};
+        s = range_div(ones, inside);
+        s = range_choose(a.low > 0.0f, s, (Range){zero, infinite});
+        break;
+    }
+    case TAPE_SIN: s = range_cos(a); break;
+    case TAPE_COS: {
+        Range sine = range_sin(a);
+        s = (Range){-sine.high, -sine.low};
+        break;
+    }
+    case TAPE_TAN: s = range_choose(has_pole(a), s, range_add(ones, range_square(r))); break;
+    case TAPE_ASIN:
+    case TAPE_ACOS: {
+        Range rest = range_sub(ones, range_square(a));
+        rest.low = most(rest.low, zero);
+        rest.high = most(rest.high, zero);
+        rest = range_root(rest);
+        s = (Range){below(1.0f / rest.high, 3.0f), rest.low > 0.0f ? above(1.0f / rest.low, 3.0f) : infinite};
+        if (op == TAPE_ACOS) s = (Range){-s.high, -s.low};
+        break;
+    }
+    case TAPE_ATAN: s = range_div(ones, range_add(ones, range_square(a))); break;
+    default: s = range_choose(r.low == r.high, (Range){zero, zero}, s); break; // steps and conditions
+    }
+    *result = s;
+}
+
+static NOINLINE void binary_slope(uint op, const Dual *pa, const Dual *pb, const Range *pr, Range *result)
+{
+    Dual a = *pa, b = *pb;
+    Range r = *pr, s = range_everything();
+    FLOAT zero = 0.0f;
+    switch (op) {
+    case TAPE_POW: // r (b' log a + b a' / a)
+        s = range_mul(r, range_add(range_mul(b.d, range_log(a.f)), range_mul(b.f, range_div(a.d, a.f))));
+        s = range_choose(a.f.low > 0.0f, s, range_everything());
+        break;
+    case TAPE_ATAN2: {
+        Range turn = range_sub(range_mul(b.f, a.d), range_mul(a.f, b.d));
+        s = range_div(turn, range_add(range_square(a.f), range_square(b.f)));
+        s = range_choose((b.f.low <= 0.0f) & has_zero(a.f), range_everything(), s);
+        break;
+    }
+    case TAPE_MOD: {
+        Range turns = range_div(a.f, b.f);
+        turns.low = each_floor(turns.low);
+        turns.high = each_floor(turns.high);
+        s = range_sub(a.d, range_mul(turns, b.d));
+        s = range_choose((turns.low == turns.high) & !has_zero(b.f), s, range_everything());
+        break;
+    }
+    default: s = range_choose(r.low == r.high, (Range){zero, zero}, s); break;
+    }
+    *result = s;
+}
+
+static Range step_slope(TapeStep step, Dual a, Dual b, Range r)
+{
+    uint op = TAPE_OP(step.word);
+    Range s;
+    FLOAT zero = 0.0f;
+    int literal = (step.word & TAPE_LITERAL) != 0;
+    switch (op) {
+    case TAPE_NUMBER: return (Range){zero, zero};
+    case TAPE_ADD: return literal ? a.d : range_add(a.d, b.d);
+    case TAPE_SUB: return literal ? a.d : range_sub(a.d, b.d);
+    case TAPE_BACK_SUB: return literal ? (Range){-a.d.high, -a.d.low} : range_sub(b.d, a.d);
+    case TAPE_MUL: return literal ? range_scale(a.d, as_float(step.b)) : range_add(range_mul(a.d, b.f), range_mul(a.f, b.d));
+    case TAPE_DIV: return range_div(range_sub(a.d, range_mul(r, b.d)), b.f);
+    case TAPE_BACK_DIV: return range_div(range_sub(b.d, range_mul(r, a.d)), a.f);
+    case TAPE_MIN: return range_choose(a.f.high < b.f.low, a.d, range_choose(b.f.high < a.f.low, b.d, range_hull(a.d, b.d)));
+    case TAPE_MAX: return range_choose(a.f.low > b.f.high, a.d, range_choose(b.f.low > a.f.high, b.d, range_hull(a.d, b.d)));
+    case TAPE_NEG: return (Range){-a.d.high, -a.d.low};
+    case TAPE_SQUARE: return range_mul((Range){2.0f * a.f.low, 2.0f * a.f.high}, a.d);
+    default: break;
+    }
+    if (takes_second(op)) {
+        binary_slope(op, &a, &b, &r, &s);
+        return s;
+    }
+    unary_slope(op, (int)step.b, &a.f, &r, &s);
+    return range_mul(s, a.d);
+}
+
+static Dual dual_select(Dual c, Dual a, Dual b)
+{
+    INT zero = has_zero(c.f), other = has_other(c.f);
+    INT first = !zero, second = !other;
+    Range infinite = range_everything();
+    Dual r = {range_choose(first, a.f, range_choose(second, b.f, range_hull(a.f, b.f))),
+              range_choose(first, a.d, range_choose(second, b.d, infinite))};
+    return r;
+}
+
+// The tape over the piece from p to q of the rays o + s e.
+static NOINLINE void tape_dual(const Tape *tape, const FLOAT *o, const FLOAT *e, const FLOAT *p, const FLOAT *q, __global FLOAT *memory, Dual *result, Doubt *doubt)
+{
+    __global Dual *v = (__global Dual *)memory;
+    doubt->maybe = doubt->never = (*p != *p) & (*p == *p); // none
+    for (uint k = 0; k < TAPE_POINT; k++) {
+        FLOAT one = product(e[k], *p), two = product(e[k], *q);
+        Range way = outward(least(one, two), most(one, two), 1.0f);
+        v[k].f = outward(o[k] + way.low, o[k] + way.high, 1.0f);
+        v[k].d = (Range){e[k], e[k]};
+    }
+    for (uint k = 0; k < tape->count; k++) {
+        TapeStep step = tape->steps[k];
+        uint op = TAPE_OP(step.word);
+        Dual a = v[TAPE_A(step.word)], b, r;
+        if (op == TAPE_SELECT) {
+            r = dual_select(a, v[step.b & 0xffffu], v[step.b >> 16]);
+        } else {
+            if (!(step.word & TAPE_LITERAL) && takes_second(op)) {
+                b = v[step.b];
+            } else {
+                b.f.low = b.f.high = as_float(step.b);
+                b.d.low = b.d.high = 0.0f;
+            }
+            r.f = step_range(step, a.f, b.f, doubt);
+            r.d = step_slope(step, a, b, r.f);
+        }
+        v[TAPE_POINT + k] = r;
+    }
+    *result = v[tape->root];
+}
+
+// --- gradients
+
+typedef struct Gradient {
+    FLOAT f, x, y, z;
+} Gradient;
+
+// The derivative at a point: ranges of one number would do it too, at four times the cost.
+static NOINLINE void rare_slope(uint op, int power, const FLOAT *pa, const FLOAT *pb, const FLOAT *pr, FLOAT *by_a, FLOAT *by_b)
+{
+    FLOAT a = *pa, b = *pb, r = *pr, s = 0.0f, t = 0.0f, zero = 0.0f;
+    switch (op) {
+    case TAPE_POWER: s = power ? (float)power * whole_power(a, power - 1) : zero; break;
+    case TAPE_POW:
+        s = b * r / a;
+        t = a > 0.0f ? r * each_log(a) : zero;
+        break;
+    case TAPE_EXP: s = r; break;
+    case TAPE_LOG: s = 1.0f / a; break;
+    case TAPE_SIN: s = each_cos(a); break;
+    case TAPE_COS: s = -each_sin(a); break;
+    case TAPE_TAN: s = 1.0f + r * r; break;
+    case TAPE_ASIN: s = inverse_root(1.0f - a * a); break;
+    case TAPE_ACOS: s = -inverse_root(1.0f - a * a); break;
+    case TAPE_ATAN: s = 1.0f / (1.0f + a * a); break;
+    case TAPE_ATAN2: {
+        FLOAT square = a * a + b * b;
+        s = b / square;
+        t = -a / square;
+        break;
+    }
+    case TAPE_MOD:
+        s = 1.0f;
+        t = -each_floor(a / b);
+        break;
+    default: break;
+    }
+    *by_a = s;
+    *by_b = t;
+}
+
+// Where the operands of MIN and MAX are equal the first decides.
+static NOINLINE void tape_gradient(const Tape *tape, const FLOAT *point, __global FLOAT *memory, Gradient *result)
+{
+    __global Gradient *v = (__global Gradient *)memory;
+    FLOAT zero = 0.0f, one = 1.0f;
+    for (uint k = 0; k < TAPE_POINT; k++) v[k] = (Gradient){point[k], k == 0 ? one : zero, k == 1 ? one : zero, k == 2 ? one : zero};
+    for (uint k = 0; k < tape->count; k++) {
+        TapeStep step = tape->steps[k];
+        uint op = TAPE_OP(step.word);
+        Gradient a = v[TAPE_A(step.word)], b = {as_float(step.b), zero, zero, zero}, r;
+        if (!(step.word & TAPE_LITERAL) && takes_second(op)) b = v[step.b];
+        FLOAT by_a = zero, by_b = zero;
+        switch (op) {
+        case TAPE_NUMBER: r.f = b.f; break;
+        case TAPE_ADD: r.f = a.f + b.f; by_a = by_b = one; break;
+        case TAPE_SUB: r.f = a.f - b.f; by_a = one; by_b = -one; break;
+        case TAPE_BACK_SUB: r.f = b.f - a.f; by_a = -one; by_b = one; break;
+        case TAPE_MUL: r.f = a.f * b.f; by_a = b.f; by_b = a.f; break;
+        case TAPE_DIV: r.f = a.f / b.f; by_a = 1.0f / b.f; by_b = -r.f * by_a; break;
+        case TAPE_BACK_DIV: r.f = b.f / a.f; by_b = 1.0f / a.f; by_a = -r.f * by_b; break;
+        case TAPE_MIN: r.f = least(b.f, a.f); by_b = b.f < a.f ? one : zero; by_a = 1.0f - by_b; break;
+        case TAPE_MAX: r.f = most(b.f, a.f); by_b = b.f > a.f ? one : zero; by_a = 1.0f - by_b; break;
+        case TAPE_NEG: r.f = -a.f; by_a = -one; break;
+        case TAPE_ABS: r.f = size_of(a.f); by_a = a.f < 0.0f ? -one : one; break;
+        case TAPE_SQUARE: r.f = a.f * a.f; by_a = 2.0f * a.f; break;
+        case TAPE_SQRT: r.f = root(a.f); by_a = 0.5f / r.f; break;
+        case TAPE_SELECT: {
+            Gradient first = v[step.b & 0xffffu], second = v[step.b >> 16];
+            INT chosen = a.f != 0.0f;
+            v[TAPE_POINT + k] = (Gradient){chosen ? first.f : second.f, chosen ? first.x : second.x, chosen ? first.y : second.y, chosen ? first.z : second.z};
+            continue;
+        }
+        default:
+            if (op == TAPE_POWER) r.f = whole_power(a.f, (int)step.b);
+            else rare_value(op, &a.f, &b.f, &r.f);
+            rare_slope(op, (int)step.b, &a.f, &b.f, &r.f, &by_a, &by_b);
+            break;
+        }
+        r.x = product(by_a, a.x) + product(by_b, b.x);
+        r.y = product(by_a, a.y) + product(by_b, b.y);
+        r.z = product(by_a, a.z) + product(by_b, b.z);
+        v[TAPE_POINT + k] = r;
+    }
+    *result = v[tape->root];
+}
