@@ -87,6 +87,10 @@ static Node *call_of(Checker *c, const Node *node)
     call->span = node->span;
     call->name = node->word;
     call->name_span = (Span){node->span.begin, node->span.begin + (uint32_t)strlen(node->word)};
+    if (node->b) {
+        call->a = node->b->a; // a library
+        call->name_span = node->b->name_span;
+    }
     call->c = node->a;
     call->depth = node->depth;
     return call;

@@ -122,7 +122,13 @@ static void check_easing(Checker *c, Cases *k, Node *item)
                    .b = item->c,
                    .name = item->name,
                    .depth = item->depth};
-    Type scalar = type_number(0, 0), type = check_call(c, call, &scalar, NULL);
+    Symbol *symbol = NULL;
+    if (item->word) { // of a library
+        Span library = {item->name_span.begin, item->name_span.begin + (uint32_t)strlen(item->word)};
+        call->name_span.begin = item->name_span.end - (uint32_t)strlen(item->name);
+        symbol = modules_find_within(c, item->word, library, item->name, call->name_span);
+    }
+    Type scalar = type_number(0, 0), type = check_call(c, call, &scalar, symbol);
     if (type_bad(type)) {
         k->bad = true;
     } else if (!type_converts(type, type_number(0, 0))) {

@@ -90,6 +90,13 @@ void modules_use(Checker *c, Node *node)
 
 // --- names
 
+static Symbol *error_symbol(Checker *c, Name name)
+{
+    Symbol *symbol = arena_new(&c->unit->arena, Symbol);
+    *symbol = (Symbol){.name = name, .kind = SYMBOL_ERROR, .state = CHECK_DONE, .used = true, .type = poison()};
+    return symbol;
+}
+
 Symbol *modules_find(Checker *c, const Module *library, Name name, Span span)
 {
     Symbol *symbol = names_in(c, library, name);
@@ -108,9 +115,16 @@ Symbol *modules_find(Checker *c, const Module *library, Name name, Span span)
                               library->name, name);
         if (near) diag_fix(c->unit, d, span, FIX_LIKELY, "%s", near);
     }
-    symbol = arena_new(&c->unit->arena, Symbol);
-    *symbol = (Symbol){.name = name, .kind = SYMBOL_ERROR, .state = CHECK_DONE, .used = true, .type = poison()};
-    return symbol;
+    return error_symbol(c, name);
+}
+
+Symbol *modules_find_within(Checker *c, Name library, Span library_span, Name name, Span span)
+{
+    Symbol *symbol = names_use(c, library, library_span, false);
+    if (symbol->kind == SYMBOL_LIBRARY) return modules_find(c, symbol->opens, name, span);
+    if (symbol->kind != SYMBOL_ERROR)
+        diag(c->unit, library_span, DIAG_TYPE_MISMATCH, "%s is no library, so it has no %s to call", library, name);
+    return error_symbol(c, name);
 }
 
 // Whether a `use` may bind a name: what has it already, in the file or by another `use`, is reported.

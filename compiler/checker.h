@@ -102,6 +102,7 @@ void modules_check(Checker *c);           // the definitions of libraries
 void modules_reach(Checker *c, Node *tree); // marks what of libraries the scene needs
 void modules_report_unused(Checker *c, Node *tree);
 Symbol *modules_find(Checker *c, const Module *library, Name name, Span span); // reports; never NULL
+Symbol *modules_find_within(Checker *c, Name library, Span library_span, Name name, Span span); // the same, by its name
 const char *modules_offer(Checker *c, Name name); // "clay.worn", where a library in use has that name
 
 // --- check_block.c

@@ -33,7 +33,8 @@ static void visit_node(void *user, const Node *node, ReferenceVisit *visit)
     case NODE_DECLARE: { // its word may be a tag
         const Symbol *own = node->note;
         Symbol *word = node->flag && own && own->value ? called(own->value) : NULL;
-        if (word) visit(user, node, word, (Span){node->span.begin, node->span.begin + (uint32_t)strlen(node->word)});
+        Span span = {node->span.begin, node->span.begin + (uint32_t)strlen(node->word)};
+        if (word) visit(user, node, word, node->b ? node->b->span : span);
         break;
     }
     case NODE_ENTRY: { // its easing

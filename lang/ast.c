@@ -155,7 +155,8 @@ static void print_facts(const Printer *p, const Node *node)
         print_doc(p, node->doc);
         break;
     case NODE_DECLARE:
-        fprintf(p->out, " %s %s%s", node->word, node->name, node->flag ? " { }" : "");
+        fprintf(p->out, " %s%s%s %s%s", node->b ? node->b->a->name : "", node->b ? "." : "", node->word, node->name,
+                node->flag ? " { }" : "");
         print_doc(p, node->doc);
         break;
     case NODE_TYPE:
@@ -165,7 +166,7 @@ static void print_facts(const Printer *p, const Node *node)
             fputs(" [ ]", p->out);
         break;
     case NODE_ENTRY:
-        if (node->name) fprintf(p->out, " %s", node->name);
+        if (node->name) fprintf(p->out, " %s%s%s", node->word ? node->word : "", node->word ? "." : "", node->name);
         break;
     case NODE_ARGUMENT:
     case NODE_FOR:

@@ -47,8 +47,10 @@ typedef enum NodeKind {
     NODE_BLOCK,   // a: items
     NODE_VALUE,   // a: expression
     NODE_ENTRY,   // a: key expression; b: value; name: easing or NULL; c: list of arguments of the easing
+                  //   word: the library that the easing is of, or NULL; name_span then holds both
     NODE_LET,     // name; a: value
-    NODE_DECLARE, // word (the kind: object, light …), name; a: value after '=' or a NODE_BLOCK (then flag is set)
+    NODE_DECLARE, // word (the kind: object, light …), name; a: value after '=' or a NODE_BLOCK (then flag is set);
+                  //   b: NODE_MEMBER of the word where it is of a library, else NULL
     NODE_FOR,     // name; a: what is walked; b: NODE_BLOCK. Also an element of a list. doc is never set
     NODE_ASSERT,  // a: condition; b: message or NULL
     NODE_PRINT,   // a: list of expressions
@@ -124,7 +126,7 @@ struct Node {
         uint32_t length; // of text
     };
     union {
-        Name word;        // NODE_DECLARE
+        Name word;        // NODE_DECLARE, NODE_ENTRY
         Name alias;       // NODE_USE
         const char *text; // NODE_TEXT, NODE_INCLUDE, NODE_FILE (its path)
     };

@@ -292,6 +292,26 @@ Node *build_declaration(Parser *p, Span span, Name word, Name name, Span name_sp
     return finish(p, node);
 }
 
+Node *build_entry_within(Parser *p, Span span, Node *key, Node *value, Name library, Span library_span, Name easing,
+                         Span easing_span, NodeList arguments)
+{
+    Node *node = build_entry(p, span, key, value, easing, span_join(library_span, easing_span), arguments);
+    node->word = library;
+    return node;
+}
+
+Node *build_declaration_within(Parser *p, Span span, Node *library, Name word, Span word_span, Name name,
+                               Span name_span, Node *block)
+{
+    if (library->kind != NODE_NAME) {
+        diag(p->unit, library->span, DIAG_UNEXPECTED, "a declaration begins with a word: write let %s = …", name);
+        return build_error(p, span, NULL);
+    }
+    Node *node = build_declaration(p, span, word, name, name_span, block, true);
+    node->b = build_member(p, span_join(library->span, word_span), library, word, word_span);
+    return finish(p, node);
+}
+
 // In the block of a call or a declaration `x = 3;` means an argument, elsewhere a let.
 Node *build_assignment(Parser *p, Span span, Name name, Span name_span, Span equals, Node *value)
 {

@@ -92,10 +92,13 @@ item: ';'                                               { $$ = NULL; }
     | expr ':' expr ';'                                 { $$ = build_entry(p, @$, $1, $3, NULL, @2, list_of(NULL)); }
     | expr ':' expr NAME ';'                            { $$ = build_entry(p, @$, $1, $3, $4, @4, list_of(NULL)); }
     | expr ':' expr NAME arguing ';'                    { $$ = build_entry(p, @$, $1, $3, $4, @4, $5); }
+    | expr ':' expr NAME '.' NAME ';'                   { $$ = build_entry_within(p, @$, $1, $3, $4, @4, $6, @6, list_of(NULL)); }
+    | expr ':' expr NAME '.' NAME arguing ';'           { $$ = build_entry_within(p, @$, $1, $3, $4, @4, $6, @6, $7); }
     | LET NAME '=' expr ';'                             { $$ = build_let(p, @$, $2, @2, $4); }
     | LET NAME ':' type '=' expr ';'                    { $$ = build_typed_let(p, @$, $2, @2, $4, $6); } // foreign
     | NAME NAME '=' expr ';'                            { $$ = build_declaration(p, @$, $1, $2, @2, $4, false); }
     | NAME NAME block                                   { $$ = build_declaration(p, @$, $1, $2, @2, $3, true); }
+    | operation '.' NAME NAME block                     { $$ = build_declaration_within(p, @$, $1, $3, @3, $4, @4, $5); }
     | NAME '=' expr ';'                                 { $$ = build_assignment(p, @$, $1, @1, @2, $3); } // foreign
     | for                                               { $$ = $1; }
     | ASSERT expr ';'                                   { $$ = build_assert(p, @$, $2, NULL); }

@@ -44,6 +44,11 @@ Node *build_value(Parser *p, Span span, Node *value);
 Node *build_entry(Parser *p, Span span, Node *key, Node *value, Name easing, Span easing_span, NodeList arguments);
 Node *build_let(Parser *p, Span span, Name name, Span name_span, Node *value);
 Node *build_typed_let(Parser *p, Span span, Name name, Span name_span, Node *type, Node *value); // let x: scalar = 1;
+// An easing of a library, and a declaration with a word of one.
+Node *build_entry_within(Parser *p, Span span, Node *key, Node *value, Name library, Span library_span, Name easing,
+                         Span easing_span, NodeList arguments);
+Node *build_declaration_within(Parser *p, Span span, Node *library, Name word, Span word_span, Name name,
+                               Span name_span, Node *block);
 Node *build_declaration(Parser *p, Span span, Name word, Name name, Span name_span, Node *value, bool arguments);
 Node *build_assignment(Parser *p, Span span, Name name, Span name_span, Span equals, Node *value); // x = 3;
 Node *build_for(Parser *p, Span span, Name name, Span name_span, Node *range, Node *body);
