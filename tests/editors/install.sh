@@ -13,5 +13,5 @@ command -v npm >/dev/null 2>&1 || {
     exit 1
 }
 cp "$here/package.json" "$here/package-lock.json" .
-npm ci --no-audit --no-fund --loglevel=error
+npm ci --prefer-offline --no-audit --no-fund --loglevel=error
 cp package-lock.json node_modules/.installed
