@@ -56,6 +56,67 @@ bool diag_code_find(const char *name, DiagCode *code)
     return false;
 }
 
+// --- Which warnings there are ---
+
+static const char *wrong_warning(Arena *arena, const char *name)
+{
+    const char *names[DIAG_COUNT];
+    int count = 0;
+    DiagCode code;
+    if (diag_code_find(name, &code)) return arena_printf(arena, "%s is an error, and always reported", name);
+    for (int i = 0; i < DIAG_COUNT; i++) {
+        if (facts[i].severity == SEVERITY_WARNING) names[count++] = facts[i].code;
+    }
+    const char *near = nearest_name(name, names, count);
+    if (near) return arena_printf(arena, "there is no warning %s: do you mean %s?", name, near);
+    const char *all = names[0];
+    for (int i = 1; i < count; i++) all = arena_printf(arena, "%s, %s", all, names[i]);
+    return arena_printf(arena, "there is no warning %s: there are %s", name, all);
+}
+
+// Skips a beginning; true if it was there.
+static bool skip(const char **text, const char *beginning)
+{
+    size_t length = strlen(beginning);
+    if (strncmp(*text, beginning, length) != 0) return false;
+    *text += length;
+    return true;
+}
+
+const char *diag_set_warning(Arena *arena, Diagnostics *list, const char *setting)
+{
+    bool all = !strcmp(setting, "all"), none = !strcmp(setting, "none");
+    if (!strcmp(setting, "error") || !strcmp(setting, "no-error")) {
+        list->warnings_are_errors = setting[0] == 'e';
+        return NULL;
+    }
+    if (all || none) {
+        memset(list->levels, all ? LEVEL_DEFAULT : LEVEL_OFF, sizeof list->levels);
+        return NULL;
+    }
+    const char *name = setting;
+    WarningLevel level = LEVEL_DEFAULT;
+    if (skip(&name, "error="))
+        level = LEVEL_ERROR;
+    else if (skip(&name, "no-error="))
+        level = LEVEL_WARNING;
+    else if (skip(&name, "no-"))
+        level = LEVEL_OFF;
+    DiagCode code;
+    if (!diag_code_find(name, &code) || facts[code].severity != SEVERITY_WARNING) return wrong_warning(arena, name);
+    // Naming a warning turns it on again, and leaves it the error that it may have been made.
+    bool stays = name == setting && list->levels[code] != LEVEL_OFF;
+    if (!stays) list->levels[code] = (uint8_t)level;
+    return NULL;
+}
+
+static Severity severity_of(const Diagnostics *list, DiagCode code)
+{
+    if (facts[code].severity != SEVERITY_WARNING) return facts[code].severity;
+    bool error = list->levels[code] == LEVEL_DEFAULT ? list->warnings_are_errors : list->levels[code] == LEVEL_ERROR;
+    return error ? SEVERITY_ERROR : SEVERITY_WARNING;
+}
+
 // --- Reporting ---
 
 // Where a report of a code at a span stands among those that are kept, or the empty place where it will stand. A text of nothing but
@@ -78,10 +139,10 @@ Diag *diag(Unit *unit, Span span, DiagCode code, const char *format, ...)
     Diagnostics *list = &unit->diagnostics;
     Span silent = unit->lost.silent;
     if (span.begin >= silent.begin && span.begin < silent.end) return &list->discarded;
+    if (list->levels[code] == LEVEL_OFF && facts[code].severity == SEVERITY_WARNING) return &list->discarded;
     Diag **place = place_of(unit, code, span);
     if (*place) return &list->discarded;
-    Severity severity = facts[code].severity;
-    if (severity == SEVERITY_WARNING && list->warnings_are_errors) severity = SEVERITY_ERROR;
+    Severity severity = severity_of(list, code);
     if (severity == SEVERITY_ERROR) unit->errors++;
     if (severity == SEVERITY_WARNING) unit->warnings++;
     if (list->kept[severity] >= DIAG_KEPT_MAX) return &list->discarded;
@@ -296,7 +357,7 @@ static void print_fix(const Printer *p, const DiagFix *fix)
 
 static void print_include_chain(const Printer *p, const Source *source)
 {
-    for (int depth = 0; source && source->included_at.end && depth < 50; depth++) {
+    for (int depth = 0; source && source->included_at.end && depth < DIAG_INCLUDES_SHOWN; depth++) {
         Place at = source_place(&p->unit->sources, source->included_at.begin);
         if (!at.source) return;
         fprintf(p->out, "      %s from %s:%u:%u\n", source->library ? "used" : "included", at.source->path, at.line,

@@ -62,9 +62,13 @@ typedef struct Diagnostics {
     int kept[3];        // by severity
     int shown_limit;    // errors printed, and warnings printed; 0 means 20
     bool warnings_are_errors;
+    uint8_t levels[DIAG_COUNT]; // WarningLevel, of warnings
 } Diagnostics;
 
-enum { DIAG_KEPT_MAX = 1000 };
+// What becomes of a warning: LEVEL_DEFAULT is a warning, or an error if warnings_are_errors.
+typedef enum WarningLevel { LEVEL_DEFAULT, LEVEL_OFF, LEVEL_WARNING, LEVEL_ERROR } WarningLevel;
+
+enum { DIAG_KEPT_MAX = 1000, DIAG_INCLUDES_SHOWN = 50 };
 
 struct Unit;
 
@@ -74,6 +78,15 @@ Diag *diag(struct Unit *unit, Span span, DiagCode code, const char *format, ...)
 void diag_label(struct Unit *unit, Diag *d, Span span, const char *format, ...) __attribute__((format(printf, 4, 5)));
 void diag_fix(struct Unit *unit, Diag *d, Span span, FixKind kind, const char *format, ...)
     __attribute__((format(printf, 5, 6)));
+
+// Sets what becomes of warnings, as -W of the command does; later settings win. Returns NULL, or what is wrong with the setting (in the arena).
+//
+//     name        on, if it was off             error          all of them are errors
+//     no-name     off                           error=name     this one is an error
+//     all, none   all on, all off               no-error=name  this one is none, though all others are
+//
+// What is an error by itself stays one.
+const char *diag_set_warning(Arena *arena, Diagnostics *diagnostics, const char *setting);
 
 const char *diag_code_name(DiagCode code); // "angle-unit"
 Severity diag_severity(DiagCode code);

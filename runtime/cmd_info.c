@@ -1,4 +1,4 @@
-// scn info, scn devices, scn check: what there is, in words or as JSON.
+// scn info, scn devices: what there is, in words or as JSON.
 #include <inttypes.h>
 #include <math.h>
 #include <string.h>
@@ -221,26 +221,4 @@ int command_devices(const Options *options)
         command_error("there is no OpenCL device on this machine: install the package pocl-opencl-icd, which makes the "
                       "processor one");
     return EXIT_WORLD;
-}
-
-// --- check
-
-int command_check(const Options *options)
-{
-    if (options->depfile_path && options->file_count > 1) {
-        command_error("-MF is for one scene");
-        return EXIT_USAGE;
-    }
-    int worst = EXIT_DONE;
-    for (int i = 0; i < options->file_count; i++) {
-        Options one = *options;
-        one.files[0] = options->files[i];
-        one.file_count = 1;
-        int status;
-        ScnScene *scene = command_load(&one, &status);
-        if (scene) status = command_depfile(&one, scene, NULL);
-        scn_free(scene);
-        if (status > worst) worst = status;
-    }
-    return worst;
 }

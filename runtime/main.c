@@ -147,6 +147,8 @@ void command_describe(const Options *options, CommandScene *scene)
         .setting_count = options->define_count,
         .camera = options->camera,
         .strict = options->strict,
+        .warnings = options->warnings,
+        .warning_count = options->warning_count,
         .device = options->device,
         .threads = options->threads,
         .lanes = options->lanes,

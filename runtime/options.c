@@ -165,6 +165,15 @@ static bool set_color(Options *options, const char *text)
     return ok;
 }
 
+static bool set_format(Options *options, const char *text)
+{
+    static const char *const words[] = {"text", "json", "sarif"};
+    int value = 0;
+    bool ok = set_word(options, "error-format", text, words, &value);
+    options->format = (ErrorFormat)value;
+    return ok;
+}
+
 static bool set_solver(Options *options, const char *text)
 {
     static const char *const words[] = {"direct", "device", "iterative"};
@@ -248,6 +257,8 @@ static bool set_option(Options *options, OptionId id, const char *value)
     case OPTION_DEPFILE_PATH: options->depfile_path = value; return true;
     case OPTION_DEPFILE_TARGET: options->depfile_target = value; return true;
     case OPTION_STRICT: options->strict = true; return true;
+    case OPTION_WARN: return add(options, options->warnings, &options->warning_count, value, "times -W");
+    case OPTION_FORMAT: return set_format(options, value);
     case OPTION_COLOR: return set_color(options, value);
     case OPTION_KERNELS: return set_kernels(options, value);
     case OPTION_QUIET: options->quiet = true; return true;

@@ -27,6 +27,7 @@ typedef enum OptionId {
 } OptionId;
 
 typedef enum KernelsWhich { KERNELS_AUTO, KERNELS_QUICK, KERNELS_FULL } KernelsWhich;
+typedef enum ErrorFormat { FORMAT_TEXT, FORMAT_JSON, FORMAT_SARIF } ErrorFormat;
 typedef enum ColorWhen { COLOR_AUTO, COLOR_ALWAYS, COLOR_NEVER } ColorWhen;
 
 #define OPTION_LIMIT 64  // of -o, -D and -I, each
@@ -61,6 +62,9 @@ typedef struct Options {
     bool csv;
     int depth;                                 // 0: not given
     bool no_cache, source, ast, ir, kernel, json, strict, quiet, check, diff;
+    const char *warnings[OPTION_LIMIT];
+    int warning_count;
+    ErrorFormat format;
     ColorWhen color;
     KernelsWhich kernels;
     char error[512];

@@ -68,13 +68,20 @@ static const char *base_name(const char *path)
     return slash ? slash + 1 : path;
 }
 
-static void set_options(ScnScene *scene, const ScnSceneDesc *desc)
+static bool set_options(ScnScene *scene, const ScnSceneDesc *desc)
 {
     Unit *unit = &scene->unit;
     unit->include_paths = desc->include_paths;
     unit->include_path_count = desc->include_path_count;
     unit->search_path = desc->search_path ? desc->search_path : getenv("SCN_PATH");
     unit->diagnostics.warnings_are_errors = desc->strict;
+    for (int i = 0; i < desc->warning_count; i++) {
+        const char *wrong = diag_set_warning(&unit->arena, &unit->diagnostics, desc->warnings[i]);
+        if (!wrong) continue;
+        scene_fail(scene, SCN_CALL_WRONG, "%s", wrong);
+        return false;
+    }
+    return true;
 }
 
 // What `print` in the scene writes is collected, since the library prints nothing itself.
@@ -110,7 +117,7 @@ static ScnStatus load_source(ScnScene *scene, const ScnSceneDesc *desc)
     size_t length;
     const char *text = read_text(scene, desc, &length);
     if (!text) return SCN_WORLD_FAILED;
-    set_options(scene, desc);
+    if (!set_options(scene, desc)) return SCN_CALL_WRONG;
     Source *source = source_add(&scene->unit.sources, path, text, length, (Span){0});
     if (!source) return scene_fail(scene, SCN_WORLD_FAILED, "cannot read %s: it is too large", path);
     Compiled *compiled = run_compiler(scene, desc, source);

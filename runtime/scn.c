@@ -116,6 +116,18 @@ int scn_diagnostic_count(const ScnScene *scene)
     return scene->diagnostic_count;
 }
 
+typedef struct Region {
+    const char *path;
+    uint32_t line, column, end_line, end_column;
+} Region;
+
+static Region region_of(const ScnScene *scene, Span span)
+{
+    if (!span.end) return (Region){0};
+    Place begin = source_place(&scene->unit.sources, span.begin), end = source_place(&scene->unit.sources, span.end);
+    return (Region){begin.source ? begin.source->path : NULL, begin.line, begin.column, end.line, end.column};
+}
+
 bool scn_diagnostic(const ScnScene *scene, int index, ScnDiagnostic *diagnostic)
 {
     static const char *const severities[] = {
@@ -124,15 +136,51 @@ bool scn_diagnostic(const ScnScene *scene, int index, ScnDiagnostic *diagnostic)
     const Diag *d = scene->diagnostics[index];
     *diagnostic =
         (ScnDiagnostic){.severity = severities[d->severity], .code = diag_code_name(d->code), .text = d->text};
-    if (!d->span.end) return true;
-    Place begin = source_place(&scene->unit.sources, d->span.begin),
-          end = source_place(&scene->unit.sources, d->span.end);
-    diagnostic->path = begin.source ? begin.source->path : NULL;
-    diagnostic->line = begin.line;
-    diagnostic->column = begin.column;
-    diagnostic->end_line = end.line;
-    diagnostic->end_column = end.column;
+    Region at = region_of(scene, d->span);
+    diagnostic->path = at.path;
+    diagnostic->line = at.line;
+    diagnostic->column = at.column;
+    diagnostic->end_line = at.end_line;
+    diagnostic->end_column = at.end_column;
     return true;
+}
+
+static bool give_note(const ScnScene *scene, const char *text, Span span, ScnDiagnosticNote *found)
+{
+    Region at = region_of(scene, span);
+    *found = (ScnDiagnosticNote){text, at.path, at.line, at.column, at.end_line, at.end_column};
+    return true;
+}
+
+bool scn_diagnostic_note(const ScnScene *scene, int index, int note, ScnDiagnosticNote *found)
+{
+    if (index < 0 || index >= scene->diagnostic_count || note < 0) return false;
+    const Diag *d = scene->diagnostics[index];
+    for (const DiagLabel *label = d->labels; label; label = label->next) {
+        if (note-- == 0) return give_note(scene, label->text, label->span, found);
+    }
+    const Source *source = d->span.end ? source_of(&scene->unit.sources, d->span.begin) : NULL;
+    for (int depth = 0; source && source->included_at.end && depth < DIAG_INCLUDES_SHOWN; depth++) {
+        if (note-- == 0)
+            return give_note(scene, source->library ? "used from here" : "included from here", source->included_at,
+                             found);
+        source = source_of(&scene->unit.sources, source->included_at.begin);
+    }
+    return false;
+}
+
+bool scn_diagnostic_fix(const ScnScene *scene, int index, int fix, ScnFix *found)
+{
+    static const ScnConfidence confidences[] = {
+        [FIX_SURE] = SCN_FIX_SURE, [FIX_LIKELY] = SCN_FIX_LIKELY, [FIX_GUESS] = SCN_FIX_GUESS};
+    if (index < 0 || index >= scene->diagnostic_count || fix < 0) return false;
+    for (const DiagFix *f = scene->diagnostics[index]->fixes; f; f = f->next) {
+        if (fix-- > 0) continue;
+        Region at = region_of(scene, f->span);
+        *found = (ScnFix){confidences[f->kind], f->text, at.path, at.line, at.column, at.end_line, at.end_column};
+        return true;
+    }
+    return false;
 }
 
 const char *scn_diagnostics_text(ScnScene *scene, bool color)

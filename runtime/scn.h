@@ -64,6 +64,8 @@ typedef struct ScnSceneDesc {
     int setting_count;
     const char *camera; // the name of a camera of the scene; NULL: the first
     bool strict;        // warnings are errors
+    const char *const *warnings; // as -W of the command: "no-unused", "error=shadow", "error"; later ones win
+    int warning_count;
     const char *device; // "cpu", "gpu", a number of scn_devices(), part of a name; NULL: the first GPU, else CPU
     int threads;        // of a CPU; 0: all
     int lanes;          // rays that a work-item follows: 1 or 16; 0: as the device likes it
@@ -93,9 +95,26 @@ typedef struct ScnDiagnostic {
     uint32_t end_line, end_column; // behind the last character
 } ScnDiagnostic;
 
+// A further place that has to do with a diagnostic, or how the text got there: by an include, a call, a loop.
+typedef struct ScnDiagnosticNote {
+    const char *text, *path; // path: NULL: no place
+    uint32_t line, column, end_line, end_column;
+} ScnDiagnosticNote;
+
+// How sure a fix is: what was meant, for certain; most likely; a guess that needs a look.
+typedef enum ScnConfidence { SCN_FIX_SURE, SCN_FIX_LIKELY, SCN_FIX_GUESS } ScnConfidence;
+
+typedef struct ScnFix { // replaces what stands from line:column to before end_line:end_column
+    ScnConfidence confidence;
+    const char *replacement, *path;
+    uint32_t line, column, end_line, end_column;
+} ScnFix;
+
 // By place. False: there is none with that index.
 SCN_API int scn_diagnostic_count(const ScnScene *scene);
 SCN_API bool scn_diagnostic(const ScnScene *scene, int index, ScnDiagnostic *diagnostic);
+SCN_API bool scn_diagnostic_note(const ScnScene *scene, int index, int note, ScnDiagnosticNote *found);
+SCN_API bool scn_diagnostic_fix(const ScnScene *scene, int index, int fix, ScnFix *found);
 
 // All of them as the command prints them: with source lines, carets and fixes. "" if there are none. The text lives
 // as long as the scene.

@@ -179,6 +179,52 @@ static void warnings_can_be_errors(void **state)
     unit_release(&unit);
 }
 
+// Reports `unused` and `shadow` under settings and gives what became of them: "error", "warning" or "off" of each.
+static void assert_levels(const char *settings, const char *expected)
+{
+    Unit unit;
+    Source *s = begin(&unit, "xy");
+    char copy[100];
+    strcpy(copy, settings);
+    for (char *word = strtok(copy, " "); word; word = strtok(NULL, " "))
+        assert_null(diag_set_warning(&unit.arena, &unit.diagnostics, word));
+    diag(&unit, (Span){s->base, s->base + 1}, DIAG_UNUSED, "unused");
+    diag(&unit, (Span){s->base, s->base + 2}, DIAG_SHADOW, "shadow");
+    const char *words[2] = {"off", "off"};
+    for (const Diag *d = unit.diagnostics.first; d; d = d->next)
+        words[d->code == DIAG_SHADOW] = d->severity == SEVERITY_ERROR ? "error" : "warning";
+    assert_string_equal(arena_printf(&unit.arena, "%s %s", words[0], words[1]), expected);
+    unit_release(&unit);
+}
+
+static void warnings_are_set_by_name_and_the_last_setting_wins(void **state)
+{
+    assert_levels("", "warning warning");
+    assert_levels("no-unused", "off warning");
+    assert_levels("no-unused unused", "warning warning");
+    assert_levels("error", "error error");
+    assert_levels("error no-error", "warning warning");
+    assert_levels("error no-unused", "off error");
+    assert_levels("error=unused", "error warning");
+    assert_levels("error=unused unused", "error warning");
+    assert_levels("error no-error=unused", "warning error");
+    assert_levels("none", "off off");
+    assert_levels("none shadow", "off warning");
+    assert_levels("none all", "warning warning");
+}
+
+static void a_setting_of_no_warning_is_refused(void **state)
+{
+    Unit unit;
+    begin(&unit, "x");
+    assert_string_equal(diag_set_warning(&unit.arena, &unit.diagnostics, "no-unusde"),
+                        "there is no warning unusde: do you mean unused?");
+    assert_string_equal(diag_set_warning(&unit.arena, &unit.diagnostics, "no-unexpected"),
+                        "unexpected is an error, and always reported");
+    assert_non_null(strstr(diag_set_warning(&unit.arena, &unit.diagnostics, "error=zzz"), "there are shadow, unused"));
+    unit_release(&unit);
+}
+
 static void a_report_in_an_included_file_shows_the_way_there(void **state)
 {
     Unit unit;
@@ -271,6 +317,8 @@ int main(void)
         cmocka_unit_test(after_twenty_errors_the_rest_is_counted),
         cmocka_unit_test(of_a_flood_only_the_count_is_kept),
         cmocka_unit_test(warnings_can_be_errors),
+        cmocka_unit_test(warnings_are_set_by_name_and_the_last_setting_wins),
+        cmocka_unit_test(a_setting_of_no_warning_is_refused),
         cmocka_unit_test(a_report_in_an_included_file_shows_the_way_there),
         cmocka_unit_test(a_report_without_a_place_has_no_line),
         cmocka_unit_test(colours_are_used_only_when_asked_for),

@@ -1,0 +1,105 @@
+# What scn check says: as JSON and as SARIF, which warnings there are, colours, and what lies under the caret.
+. "$2/lib.sh"
+unset NO_COLOR
+
+cat >parts.scn <<'END'
+object part = sphere(1).rotate(y: 90);
+END
+cat >main.scn <<'END'
+include "parts.scn";
+let x = 3;
+part.translate(1, 0, 0);
+part.move(x, 0, 0);
+END
+cp main.scn 'odd näme #1.scn'
+
+# JSON: everything that the text says, and the status is the same.
+run 1 "$scn" check --error-format json main.scn
+quiet err
+json '.scn and .errors == 2 and .warnings == 1 and .failures == []' out
+json '.diagnostics | length == 3' out
+json '.diagnostics[] | select(.code == "unknown-name") | .severity == "error" and .at == {path: "main.scn", line: 3, column: 6, end_line: 3, end_column: 15}' out
+json '.diagnostics[] | select(.code == "unknown-name") | .fixes == [{confidence: "likely", at: .at, replacement: "move"}]' out
+json '.diagnostics[] | select(.code == "angle-unit") | .at.path == "parts.scn" and .notes[0].message == "included from here" and .notes[0].at.line == 1' out
+json '.diagnostics[] | select(.code == "shadow") | .severity == "warning"' out
+
+# Several scenes are one document, and what cannot be read is in it.
+printf 'print "seen";\nsphere(1);\n' >fine.scn
+run 0 "$scn" check --error-format json fine.scn
+json '.errors == 0 and .diagnostics == []' out
+says err seen
+run 3 "$scn" check --error-format json main.scn nothere.scn fine.scn
+json '.errors == 2 and (.failures | length == 1)' out
+
+# SARIF by its rules.
+sarif() { jq -e -f "$rules" "$1" >verdict 2>&1 || wrong "$(cat verdict)"; }
+rules=$2/sarif.jq
+run 1 "$scn" check --error-format sarif main.scn
+sarif out
+json '.runs[0].results | length == 3' out
+json '.runs[0].results[] | select(.ruleId == "angle-unit") | .relatedLocations[0].message.text == "included from here"' out
+json '.runs[0].results[] | select(.ruleId == "unknown-name") | .fixes[0].artifactChanges[0].replacements[0].insertedContent.text == "move"' out
+run 3 "$scn" check --error-format sarif 'odd näme #1.scn' "$work/main.scn" nothere.scn
+sarif out
+json '[.runs[0].results[].locations[0].physicalLocation.artifactLocation.uri] | index("odd%20n%C3%A4me%20%231.scn") != null' out
+json '[.runs[0].results[].locations[0].physicalLocation.artifactLocation.uri] | any(startswith("file:///"))' out
+json '.runs[0].invocations[0] | .exitCode == 3 and (.executionSuccessful | not) and (.toolExecutionNotifications | length == 1)' out
+run 0 "$scn" check --error-format sarif fine.scn
+sarif out
+# The rules bite: what is left out, added or beyond its range is found.
+for change in 'del(.version)' '.runs[0].extra = 1' '.runs[0].results[0].level = "fatal"' 'del(.runs[0].results[0].message.text)' \
+    '.runs[0].results[0].locations[0].physicalLocation.region.startLine = 0' '.runs[0].results[0].ruleIndex = 0' \
+    '.runs[0].results[0].fixes = [{}]' 'del(.runs[0].tool)'; do
+    "$scn" check --error-format sarif main.scn | jq "$change" >changed
+    jq -e -f "$rules" changed >/dev/null 2>&1 && wrong "the rules find $change"
+done
+run 2 "$scn" check --error-format xml fine.scn
+says err 'text, json or sarif'
+
+# Which warnings there are.
+printf 'let x = 3;\nsphere(x);\n' >warns.scn
+run 0 "$scn" check warns.scn
+says err 'warning:'
+run 0 "$scn" check -W no-shadow warns.scn
+quiet err
+run 0 "$scn" check -Wno-shadow -Wshadow warns.scn
+says err '[shadow]'
+run 1 "$scn" check -Werror warns.scn
+says err 'error:'
+run 1 "$scn" check -Werror=shadow warns.scn
+run 0 "$scn" check -Werror=unused warns.scn
+run 0 "$scn" check -Werror -Wno-error=shadow warns.scn
+says err 'warning:'
+run 2 "$scn" check -W no-shadwo warns.scn
+says err 'do you mean shadow?'
+run 1 "$scn" render -Werror warns.scn -o warns.png
+gone warns.png
+
+# Colours: on a terminal only, and where they are asked for.
+plain() { ! grep -q "$(printf '\033')" err || wrong "no colours"; }
+run 1 "$scn" check main.scn
+plain
+run 1 "$scn" check --color always main.scn
+says err "$(printf '\033[1;31merror:')"
+run 1 env NO_COLOR=1 "$scn" check --color always main.scn
+says err "$(printf '\033[1;31merror:')"
+run 1 "$scn" check --color never main.scn
+plain
+if command -v script >/dev/null 2>&1; then
+    last='script: a terminal'
+    TERM=xterm script -qec "$scn check main.scn" terminal >/dev/null </dev/null
+    grep -q "$(printf '\033')" terminal || wrong 'colours on a terminal'
+    TERM=xterm NO_COLOR=1 script -qec "$scn check main.scn" terminal >/dev/null </dev/null
+    grep -v '^Script' terminal | grep -q "$(printf '\033')" && wrong 'no colours with NO_COLOR'
+    TERM=dumb script -qec "$scn check main.scn" terminal >/dev/null </dev/null
+    grep -v '^Script' terminal | grep -q "$(printf '\033')" && wrong 'no colours on a dumb terminal'
+fi
+
+# The caret stands under its word behind tabs, wide and combining characters, and line ends of other systems.
+printf '\tlet a = "e\314\201\346\274\242\345\255\227"; wrong_name;\r\n' >wide.scn
+run 1 "$scn" check wide.scn
+same "$(sed -n 2p err)" "    1 |         let a = \"$(printf 'e\314\201\346\274\242\345\255\227')\"; wrong_name;"
+same "$(sed -n 3p err)" '      |                          ^~~~~~~~~~'
+says err 'wide.scn:1:18:'
+
+finish
