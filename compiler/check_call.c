@@ -173,6 +173,8 @@ static const Callable *choose(const Calling *k, const Callable *first)
 
 static const char *parameter_phrase(Calling *k, const Parameter *p)
 {
+    bool function = k->callee->kind == CALLABLE_BUILTIN && builtins[k->callee->id].kind == KIND_FUNCTION;
+    if (function && k->callee->count == 1) return arena_printf(&k->c->scratch, "what %s takes", k->callee->name);
     return arena_printf(&k->c->scratch, "%s of %s", p->name, k->callee->name);
 }
 

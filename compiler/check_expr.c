@@ -33,7 +33,8 @@ static void report_angle(Checker *c, const Node *node, const char *what)
         return;
     }
     const char *text = arena_printf(&c->unit->arena, "%s%.12gdeg", negative ? "-" : "", n->number);
-    Diag *d = diag(c->unit, node->span, DIAG_ANGLE_UNIT, "%s is an angle and needs a unit: write %s", what, text);
+    Diag *d = diag(c->unit, node->span, DIAG_ANGLE_UNIT, "%s is an angle and needs a unit: write %s, or %s%.12grad",
+                   what, text, negative ? "-" : "", n->number);
     diag_fix(c->unit, d, node->span, FIX_LIKELY, "%s", text);
 }
 
@@ -260,15 +261,26 @@ static Type operator_mismatch(Checker *c, const Node *node, Type a, Type b)
 {
     Arena *arena = &c->unit->arena;
     const char *op = node_op_text((NodeOp)node->op), *hint = "";
-    bool fields = type_is_field(a) && type_is_field(b);
+    bool fields = type_is_field(a) && type_is_field(b), sum = node->op == NODE_OP_ADD || node->op == NODE_OP_SUB;
     if (fields && node->op == NODE_OP_ADD)
         hint = ": write a | b for the union";
     else if (fields && node->op == NODE_OP_MUL)
         hint = ": write a & b for the intersection";
     else if (type_is_vector(a) && type_is_vector(b) && node->op == NODE_OP_MUL)
         hint = ": write dot(a, b) or cross(a, b)";
-    else if (type_is(a, TYPE_STRING) && node->op == NODE_OP_ADD)
+    else if (type_is_field(a) != type_is_field(b) && (type_is_number(a) || type_is_number(b)) &&
+             (node->op == NODE_OP_MUL || node->op == NODE_OP_DIV))
+        hint = ": to make an object larger or smaller write a.scale(2)";
+    else if (type_is_field(a) && type_is_vector(b) && node->op == NODE_OP_ADD)
+        hint = ": to move an object write a.move(v)";
+    else if (type_is(a, TYPE_PERTURBATION) || type_is(b, TYPE_PERTURBATION))
+        hint = ": write freeform(object) { perturbation; … }";
+    else if (type_is_vector(a) != type_is_vector(b) && (type_is_number(a) || type_is_number(b)) && sum)
+        hint = ": a vector takes a vector, as v + (1, 1, 1)";
+    else if ((type_is(a, TYPE_STRING) || type_is(b, TYPE_STRING)) && node->op == NODE_OP_ADD)
         hint = ": write \"{a}{b}\"";
+    else if ((type_is(a, TYPE_BOOL) || type_is(b, TYPE_BOOL)) && sum)
+        hint = ": write if b { 1 } else { 0 } for the bool";
     else if (type_is(a, TYPE_BOOL) && node->op == NODE_OP_UNION)
         hint = ": write a or b";
     else if (type_is(a, TYPE_BOOL) && node->op == NODE_OP_INTERSECT)
@@ -278,14 +290,30 @@ static Type operator_mismatch(Checker *c, const Node *node, Type a, Type b)
     return poison();
 }
 
+// What to write where one side is a plain number and the other has a unit: the unit behind a literal, else a factor.
+static const char *unit_hint(Arena *arena, const Node *plain, Type want)
+{
+    const char *unit = want.angle == 1 && !want.time ? "deg" : want.time == 1 && !want.angle ? "s" : NULL;
+    const Node *n = bare(plain);
+    if (!unit) return "";
+    if (n->kind == NODE_NUMBER) return arena_printf(arena, ": write %.12g%s", n->number, unit);
+    return arena_printf(arena, ": multiply the plain number by 1%s, or divide the other by 1%s", unit, unit);
+}
+
 static Type unit_mismatch(Checker *c, const Node *node, Type a, Type b)
 {
     Arena *arena = &c->unit->arena;
-    const Node *right = node->b;
-    Diag *d =
-        diag(c->unit, right->span, DIAG_UNIT_MISMATCH, "%s wants one unit on both sides: the left is %s, this is %s",
-             node_op_text((NodeOp)node->op), type_phrase(arena, a), type_phrase(arena, b));
+    bool plain_a = !a.angle && !a.time, plain_b = !b.angle && !b.time;
+    const Node *plain = plain_a ? node->a : node->b;
+    const char *hint = plain_a || plain_b ? unit_hint(arena, plain, plain_a ? b : a) : "";
+    Diag *d = diag(c->unit, node->b->span, DIAG_UNIT_MISMATCH,
+                   "%s wants one unit on both sides: the left is %s, this is %s%s", node_op_text((NodeOp)node->op),
+                   type_phrase(arena, a), type_phrase(arena, b), hint);
     diag_label(c->unit, d, node->a->span, "%s", type_phrase(arena, a));
+    if (*hint && bare(plain)->kind == NODE_NUMBER) {
+        const char *unit = (plain_a ? b : a).angle ? "deg" : "s";
+        diag_fix(c->unit, d, plain->span, FIX_LIKELY, "%.12g%s", bare(plain)->number, unit);
+    }
     return poison();
 }
 
