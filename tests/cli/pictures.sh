@@ -64,6 +64,22 @@ same "$(cksum <still.exr)" "$(cksum <out.0003.exr)"
 run 0 "$scn" render ball.scn --frames all -o all.png --size 8x8 -q
 there all.0000.png all.0007.png
 gone all.0008.png
+# Whatever moves, and however: keys of everything, morphs of different topology, curves, random numbers.
+cat >moves.scn <<'EOF'
+use easing: bounce;
+param lift: scalar = 1;
+animation { duration: 2s; fps: 4; }
+camera { eye: keys(time) { 0s: (0, 1, 8); 2s: (3, 1, 7) smooth; }; }
+light key { at: (2, 4, 3); direction: (-1, -2, -1); cone: keys(time) { 0s: 40deg; 2s: 90deg; }; intensity: 0.5 + random(frame); }
+object lump = freeform(sphere(1)) { bump(at: spline([(0, 0, 1), (1, 0, 1), (1, 1, 0)], time / 2s), radius: 0.4, height: 0.2); };
+keys(time, after: "loop") { 0s: box(1); 0.6s: lump bounce; 1.2s: sphere(0.8) - cylinder(0.3) smooth; 1.8s: box(1); }
+    .move(0, lift * noise((time / 1s, 0.5, 0.5)), 0)
+    .paint(keys(time) { 0s: material(color: #f00); 2s: material(color: #00f, specular: 1); });
+EOF
+run 0 "$scn" render moves.scn --frames all -o moves.png --size 32x32 --stats stats.json -q
+json '.frames == 8 and .kernel_builds <= 1' stats.json
+run 0 "$scn" render moves.scn --frames 2..5 -D lift=3 -o moves.png --size 32x32 --stats stats.json -q
+json '.frames == 4 and .kernel_builds == 0' stats.json
 run 0 "$scn" render ball.scn --frames 5 -o five.png --size 8x8 -q
 there five.0005.png
 
