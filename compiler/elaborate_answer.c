@@ -1,4 +1,4 @@
-// Answers about objects: `surface(…)`, the place where a ray first meets an object.
+// Answers about objects: `surface(…)`, the place where a ray first meets an object, and `membership(…)` of a point.
 //
 // A place is the frame that stands there (OP_SURFACE): a map of the IR whose last column is the point and whose z column
 // the outward normal. Where the object and the ray are const it is found while the scene is built; else it is a step of
@@ -73,4 +73,34 @@ Value eval_place_member(Eval *e, const Node *node, const Value *place)
         parts[k] = ir_is_const(e->ir, entry, &number) ? scalar_of(number) : (Scalar){.id = entry};
     }
     return value_vector(&e->scratch, type_of(TYPE_VEC3), parts, 3);
+}
+
+// --- membership: F at the point, which the members compare with 0
+
+Value eval_membership(Eval *e, const Node *node, const Call *call, const Value *args)
+{
+    enum { POINT, OF };
+    if (ir_at(e->ir, args[OF].id)->class == CLASS_GENERAL) {
+        complain(e, bound_node(call, OF, node), DIAG_NOT_YET,
+                 "membership of an object with a general field is not there yet in this version of scn");
+        return value_bad();
+    }
+    IrId operands[4] = {args[OF].id};
+    for (int k = 0; k < 3; k++) operands[1 + k] = scalar_id(e, args[POINT].vector[k]);
+    IrId id = ir_node(e->ir, OP_AT, span_of(e, node), operands, 4);
+    double f;
+    Scalar value = ir_is_const(e->ir, id, &f) ? scalar_of(f) : (Scalar){.id = id};
+    return value_scalar(type_of(TYPE_MEMBERSHIP), value);
+}
+
+// What rounding leaves of 0 is 0: F is a length near the surface.
+Value eval_membership_member(Eval *e, const Node *node, const Value *membership)
+{
+    Scalar f = membership->scalar, little = scalar_of(1e-12);
+    Scalar inside = scalar_op2(e, OP_LT, node, little, f);
+    Scalar outside = scalar_op2(e, OP_LT, node, f, scalar_op1(e, OP_NEG, node, little));
+    if (!strcmp(node->name, "inside")) return value_scalar(type_of(TYPE_BOOL), inside);
+    if (!strcmp(node->name, "outside")) return value_scalar(type_of(TYPE_BOOL), outside);
+    Scalar neither = scalar_op1(e, OP_NOT, node, scalar_op2(e, OP_OR, node, inside, outside));
+    return value_scalar(type_of(TYPE_BOOL), neither);
 }

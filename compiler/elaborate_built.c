@@ -483,6 +483,7 @@ Value eval_builtin(Eval *e, const Node *node, const Call *call, const Value *rec
     case BUILTIN_CAMERA: return eval_camera(e, node, call, args);
     case BUILTIN_LIGHT: return eval_light(e, node, call, args);
     case BUILTIN_SURFACE: return eval_surface(e, node, call, args);
+    case BUILTIN_MEMBERSHIP: return eval_membership(e, node, call, args);
     case BUILTIN_MATERIAL: return eval_material(e, node, call, args);
     case BUILTIN_BACKGROUND: return eval_background(e, node, args);
     default: return eval_patch_thing(e, node, call, args);

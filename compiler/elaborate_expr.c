@@ -376,6 +376,7 @@ static Value eval_member(Eval *e, const Node *node, const Value *a)
 {
     if (value_is_bad(a)) return value_bad();
     if (type_is(a->type, TYPE_PLACE)) return eval_place_member(e, node, a);
+    if (type_is(a->type, TYPE_MEMBERSHIP)) return eval_membership_member(e, node, a);
     Type type = type_number(a->type.angle, a->type.time);
     int k;
     if (type_is(a->type, TYPE_RANGE)) {

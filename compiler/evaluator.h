@@ -137,6 +137,10 @@ Value builtin_default(Eval *e, const Parameter *p);
 Value sum_objects(Eval *e, const Node *at, const List *list); // the union
 Value sum_perturbations(Eval *e, const List *list);
 
+// --- elaborate_answer.c
+Value eval_membership(Eval *e, const Node *node, const Call *call, const Value *args);
+Value eval_membership_member(Eval *e, const Node *node, const Value *membership);
+
 // --- elaborate_curves.c
 Value eval_spline(Eval *e, const Node *node, const Call *call, const Value *args);
 Value eval_heading(Eval *e, const Node *node, const Call *call, const Value *args);

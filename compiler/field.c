@@ -393,6 +393,12 @@ double field_height(FieldCode field, FieldCode support, const double *values, co
     return -field_at(field, values, p).f / (q * q * q);
 }
 
+double field_value(FieldCode code, const double *values, const double point[3])
+{
+    double f = field_at(code, values, point).f;
+    return isinf(f) ? copysign(1e300, f) : f;
+}
+
 // --- folding
 
 typedef struct Constants {
@@ -497,4 +503,16 @@ bool field_fold_height(const Ir *ir, const IrId operands[6], double *strength)
     if (ok) *strength = field_height(field, support, c.values, matrix, point);
     arena_release(&c.arena);
     return ok && isfinite(*strength);
+}
+
+bool field_fold_at(const Ir *ir, const IrId operands[4], double *f)
+{
+    Constants c = {0};
+    FieldCode field;
+    double point[3];
+    numbers(ir, operands + 1, 3, point);
+    bool ok = constants_code(&c, ir, operands[0], &field);
+    if (ok) *f = field_value(field, c.values, point);
+    arena_release(&c.arena);
+    return ok && isfinite(*f);
 }

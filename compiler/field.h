@@ -77,9 +77,13 @@ bool field_place(FieldCode code, const double *values, const double point[3], do
 double field_height(FieldCode field, FieldCode support, const double *values, const double matrix[12],
                     const double point[3]);
 
+// OP_AT: F at a point, +-1e300 where it is infinite, and not finite where the point is not.
+double field_value(FieldCode code, const double *values, const double point[3]);
+
 // The same for nodes whose operands are all const. False if they have no finite value.
 bool field_fold_place(const Ir *ir, const IrId operands[5], double result[12]);
 bool field_fold_surface(const Ir *ir, const IrId operands[7], double result[12]); // compiler/ray.h
 bool field_fold_height(const Ir *ir, const IrId operands[6], double *strength);
+bool field_fold_at(const Ir *ir, const IrId operands[4], double *f);
 
 #endif

@@ -159,6 +159,15 @@ static void height(Run *run, const PlanStep *step)
     run->values[step->result] = all_finite(point, 3) ? field_height(field, support, run->values, m, point) : NAN;
 }
 
+static void value_at(Run *run, const PlanStep *step)
+{
+    uint32_t next = step->first;
+    FieldCode field = field_program(run->plan, &next);
+    double point[3];
+    for (uint32_t k = 0; k < 3; k++) point[k] = run->values[run->plan->operands[next + k]];
+    run->values[step->result] = all_finite(point, 3) ? field_value(field, run->values, point) : NAN;
+}
+
 static bool check_assert(Run *run, const PlanStep *step)
 {
     Slot slot = run->plan->operands[step->first];
@@ -181,6 +190,7 @@ static bool run_step(Run *run, const PlanStep *step)
     case STEP_QUADRIC: return quadric(run, step);
     case STEP_PLACE: return place(run, step);
     case STEP_HEIGHT: height(run, step); return true;
+    case STEP_AT: value_at(run, step); return true;
     case STEP_ASSERT: return check_assert(run, step);
     }
     return false;
@@ -288,6 +298,7 @@ static bool step_fits(const Plan *plan, const PlanStep *step)
     case STEP_HEIGHT:
         return program_fits(plan, step, &next) && program_fits(plan, step, &next) &&
                operands_fit(plan, step, next, 1, 12) && scalars_fit(plan, step, next + 1, 3);
+    case STEP_AT: return program_fits(plan, step, &next) && scalars_fit(plan, step, next, 3);
     case STEP_ASSERT: return step->text && scalars_fit(plan, step, 0, 1);
     default: return false;
     }

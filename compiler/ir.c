@@ -330,7 +330,8 @@ static bool is_total(const Ir *ir, IrId id, int depth)
     case OP_MUL:
     case OP_MIN:
     case OP_MAX:
-        return depth > 0 && is_total(ir, ir_operand(ir, id, 0), depth - 1) && is_total(ir, ir_operand(ir, id, 1), depth - 1);
+        return depth > 0 && is_total(ir, ir_operand(ir, id, 0), depth - 1) &&
+               is_total(ir, ir_operand(ir, id, 1), depth - 1);
     default: return false;
     }
 }
@@ -339,7 +340,7 @@ static bool is_total(const Ir *ir, IrId id, int depth)
 // is of no interest to anybody. At point rate nothing is dropped, since where F is undefined decides what is outside.
 static IrId simplify(Ir *ir, IrOp op, Span span, const IrId *o)
 {
-    double a, b;
+    double a = 0, b = 0;
     if (op == OP_SELECT)
         return ir_is_const(ir, o[0], &a) && isfinite(a) ? a != 0 ? o[1] : o[2] : o[1] == o[2] ? o[1] : 0;
     if (op == OP_NEG && ir_at(ir, o[0])->op == OP_NEG) return ir_operand(ir, o[0], 0);
@@ -370,6 +371,10 @@ static IrId fold_scalar(Ir *ir, IrOp op, Span span, const IrId *operands, uint32
         double strength;
         return all_folded(ir, operands, count) && field_fold_height(ir, operands, &strength) ? ir_const(ir, strength)
                                                                                              : 0;
+    }
+    if (op == OP_AT) {
+        double f;
+        return all_folded(ir, operands, count) && field_fold_at(ir, operands, &f) ? ir_const(ir, f) : 0;
     }
     if (!eval_knows(op)) return 0;
     if (all_folded(ir, operands, count)) {
@@ -440,7 +445,8 @@ IrId ir_node(Ir *ir, IrOp op, Span span, const IrId *operands, uint32_t count)
 
 IrId ir_node_index(Ir *ir, IrOp op, Span span, const IrId *operands, uint32_t count, uint32_t index)
 {
-    if (op == OP_ENTRY && index < 12 && ir_at(ir, operands[0])->op == OP_MATRIX) return ir_operand(ir, operands[0], index);
+    if (op == OP_ENTRY && index < 12 && ir_at(ir, operands[0])->op == OP_MATRIX)
+        return ir_operand(ir, operands[0], index);
     IrNode payload = {.bits = 0};
     payload.index = index;
     return append(ir, op, span, operands, count, payload.bits);

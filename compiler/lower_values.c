@@ -191,6 +191,7 @@ static Slot value(Values *v, IrId id)
     case OP_SURFACE:
     case OP_PLACE: return operation(v, id, STEP_PLACE, 12, 1);
     case OP_HEIGHT: return operation(v, id, STEP_HEIGHT, 1, 2);
+    case OP_AT: return operation(v, id, STEP_AT, 1, 1);
     case OP_TRANSFORM: return operation(v, id, STEP_QUADRIC, 10, 0);
     case OP_ASSERT: {
         Slot none = operation(v, id, STEP_ASSERT, 0, 0);

@@ -122,6 +122,7 @@ typedef enum StepKind {
     STEP_PLACE,   // a field program, then x y z turn: the frame on its surface (OP_PLACE); or from xyz, toward xyz: OP_SURFACE
     STEP_HEIGHT,  // a field program, that of a quadric, a matrix, x y z: OP_HEIGHT, one scalar
     STEP_ASSERT,  // a scalar that is not 0, or the frame stops with `text`
+    STEP_AT,      // a field program, then x y z: F there (OP_AT), one scalar
 } StepKind;
 // A field program among operands: the number of its words, then the words (compiler/field.h), whose values are slots.
 

@@ -23,7 +23,7 @@ typedef struct Scalar {
 typedef struct Value {
     Type type;
     union {
-        Scalar scalar;        // bool (1 or 0), int, number
+        Scalar scalar;        // bool (1 or 0), int, number; membership: F at the point
         const Scalar *vector; // vec2, vec3, color: 2 or 3; range: low, high; animation: duration, frames a second
         const char *string;
         struct {

@@ -167,7 +167,7 @@ int command_loaded(const Options *options, ScnScene *scene)
     bool own =
         options->command == COMMAND_INFO || options->command == COMMAND_DUMP || options->command == COMMAND_BENCH ||
         options->command == COMMAND_PATCH;
-    fputs(scn_printed(scene), own ? stderr : stdout);
+    if (!options->quiet) fputs(scn_printed(scene), own ? stderr : stdout);
     fputs(scn_diagnostics_text(scene, command_color(options, stderr)), stderr);
     int status = command_result(scene, scn_status(scene));
     if (status != EXIT_DONE) scn_free(scene);

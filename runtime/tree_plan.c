@@ -30,7 +30,8 @@ static uint32_t join_field(Maker *m, TreeMovers *movers, uint32_t at)
         switch ((FieldOp)words[at++]) {
         case FIELD_QUADRIC: join_slots(m, movers, words[at++], QUADRIC_SLOTS); break;
         case FIELD_ENTER: join_slots(m, movers, words[at++], MATRIX_SLOTS); break;
-        case FIELD_SHOW: join_slots(m, movers, words[at++], 1); break;
+        case FIELD_SHOW:
+        case FIELD_MIX: join_slots(m, movers, words[at++], 1); break;
         case FIELD_CUBE:
             join_slots(m, movers, words[at++], 1);
             join_slots(m, movers, words[at++], 1);
@@ -47,7 +48,7 @@ static TreeMovers step_movers(Maker *m, const PlanStep *step)
     TreeMovers movers = NULL;
     uint32_t at = step->first, end = step->first + step->count,
              wide = 0; // wide: operands of several slots that come next
-    if (step->kind == STEP_PLACE || step->kind == STEP_HEIGHT) at = join_field(m, &movers, at);
+    if (step->kind == STEP_PLACE || step->kind == STEP_HEIGHT || step->kind == STEP_AT) at = join_field(m, &movers, at);
     if (step->kind == STEP_HEIGHT) at = join_field(m, &movers, at);
     if (step->kind == STEP_QUADRIC) join_slots(m, &movers, operands[at++], QUADRIC_SLOTS);
     if (step->kind == STEP_QUADRIC || step->kind == STEP_HEIGHT) wide = 1;

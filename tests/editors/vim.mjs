@@ -113,6 +113,6 @@ const middle = edited.indexOf('--');
 expect(edited.slice(0, 4).join('|') === 'scn|// %s|scn fmt -|4', `the options are ${edited.slice(0, 4).join(', ')}`);
 const indented = edited.slice(4, middle), wanted = text.filter(line => line);
 for (const [i, line] of wanted.entries()) expect(indented[i] === line, `indented:\n  ${indented[i]}\nnot\n  ${line}`);
-expect(/^1:29:e:.* write 90deg \[angle-unit\]$/.test(edited[middle + 1]), `:make found '${edited[middle + 1]}'`);
+expect(/^1:29:e:.* write 90deg, or 90rad \[angle-unit\]$/.test(edited[middle + 1]), `:make found '${edited[middle + 1]}'`);
 expect(edited[middle + 2] === 'scene { a; }', `gq made '${edited[middle + 2]}'`);
 finish('vim');

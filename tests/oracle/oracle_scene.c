@@ -388,6 +388,13 @@ static void evaluate_matrix(Walk *walk, IrId id)
     }
 }
 
+static double value_at(const Oracle *oracle, IrId id)
+{
+    const IrId *o = ir_operands(oracle->ir, id);
+    double point[3] = {oracle->scalars[o[1]], oracle->scalars[o[2]], oracle->scalars[o[3]]};
+    return oracle_ir_field(oracle, o[0], point, NULL);
+}
+
 static void evaluate_numbers(Walk *walk, const OracleFrame *frame)
 {
     Oracle *oracle = walk->oracle;
@@ -400,6 +407,7 @@ static void evaluate_numbers(Walk *walk, const OracleFrame *frame)
         if (node->type == IR_MATRIX) evaluate_matrix(walk, id);
         if (node->type != IR_SCALAR) continue;
         oracle->scalars[id] = node->op == OP_HEIGHT  ? height(walk, id)
+                              : node->op == OP_AT    ? value_at(oracle, id)
                               : node->op == OP_ENTRY ? oracle->maps[ir_operand(ir, id, 0)][node->index]
                                                      : scalar_value(walk, ir, frame, id);
         if (!isfinite(oracle->scalars[id])) fail(walk, "a value is not finite");
