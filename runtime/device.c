@@ -2,10 +2,12 @@
 #include "runtime/device.h"
 
 #include <ctype.h>
+#include <sched.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
+#include <unistd.h>
 
 #include "runtime/pocl.h"
 
@@ -80,8 +82,26 @@ const char *device_error(cl_int status)
 
 // Puts PoCL's settings where the user has none. A number of threads is the user's word too, so it replaces what is
 // there.
+// Whether PoCL's threads, one for each processor, may be bound to processors 0, 1 …: all of the machine are allowed, and all are used, so that nothing
+// else is shut out. Where other programs run, Linux wakes both of two threads on one processor, and a frame is over before it moves one of them:
+// bound, S1, S4 and S5 take 4.5, 3.8 and 14.4 ms of a busy machine instead of 8.5, 6.6 and 20 … 27.
+static bool can_bind(int threads)
+{
+#ifdef __linux__
+    cpu_set_t allowed;
+    long processors = sysconf(_SC_NPROCESSORS_CONF);
+    if (processors < 2 || processors > CPU_SETSIZE || (threads > 0 && threads != processors)) return false;
+    if (sched_getaffinity(0, sizeof allowed, &allowed)) return false;
+    return CPU_COUNT(&allowed) == processors;
+#else
+    (void)threads;
+    return false;
+#endif
+}
+
 static void set_environment(int threads)
 {
+    if (can_bind(threads)) setenv("POCL_AFFINITY", "1", 0);
     setenv("POCL_BINARY_SPECIALIZE_WG", POCL_WORK_GROUPS, 0);
     pocl_ensure_cache();
     if (threads <= 0) return;
