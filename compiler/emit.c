@@ -94,9 +94,10 @@ static void emit_leaves(Emitter *e)
         const PlanShapeNode *node = &e->shape->nodes[k];
         if (!is_leaf(node)) continue;
         uint32_t n = node->leaf;
-        if (!last) line(e, "uint leaf%u = id;", n);
-        else if (last->kind == SHAPE_QUADRIC || last->kind == SHAPE_FIELD) line(e, "uint leaf%u = leaf%u + 1u;", n, last->leaf);
-        else line(e, "uint leaf%u = ray->nodes[leaf%u].end;", n, last->leaf);
+        bool asked = many || node->kind != SHAPE_GROUP; // a group alone has no use for its number
+        if (!last && asked) line(e, "uint leaf%u = id;", n);
+        else if (last && (last->kind == SHAPE_QUADRIC || last->kind == SHAPE_FIELD)) line(e, "uint leaf%u = leaf%u + 1u;", n, last->leaf);
+        else if (last) line(e, "uint leaf%u = ray->nodes[leaf%u].end;", n, last->leaf);
         if (node->kind == SHAPE_QUADRIC) {
             line(e, "uint flags%u = ray->records[leaf%u].flags;", n, n);
             line(e, "Roots roots%u = record_roots(ray->records + leaf%u, ray->u, ray->v);", n, n);

@@ -6,6 +6,7 @@ typedef struct Rect { // of U, V, and how far w goes
     float u_low, u_high, v_low, v_high, w_high;
 } Rect;
 
+// Of all items of a view, of blocks of them, or of what a tile chose.
 typedef struct List {
     __global const uint *ids;
     __global const float *boxes; // BOX_ARRAYS arrays of `stride` floats, as the ids
@@ -13,7 +14,8 @@ typedef struct List {
 } List;
 
 // Room for lists: ids, their boxes, a packet's ids; `capacity` of each.
-#define SHORT_LIST 4 // of a tile, that packets take as it is
+#define SHORT_LIST 4  // of a tile, that packets take as it is
+#define LONG_LIST 512 // of what may shadow a tile, that packets do not go through: what each ray of theirs meets they choose from all items by blocks
 
 #define SLOT_PACKET(slot, capacity) ((slot) + (1 + BOX_ARRAYS) * (capacity))
 
@@ -49,17 +51,79 @@ static uint lowest_bit(uint bits)
     return popcount((bits & -bits) - 1u);
 }
 
-// Fills the slot with what of `all` meets the rectangle; returns how many there are, which may be more than fit.
+// The blocks of a list of all items, or of all blocks.
+static List blocks_of(List of)
+{
+    uint count = BLOCKS_OF(of.count);
+    return (List){of.ids, of.boxes + BOX_ARRAYS * of.stride, STRIDE_OF(count), count};
+}
+
+// Fills the slot with what of `all` meets the rectangle; returns how many there are, which may be more than fit. Blocks are asked first: that
+// takes 0.8 ms less of the lists of 4096 perturbations (S5: 1.8 ms at 1024²), and half of a frame of 100,000 objects.
 static uint list_fill(List all, const Rect *rect, __global uint *slot, uint capacity, __local uint *shared)
 {
+    List blocks = blocks_of(all), large = blocks_of(blocks);
     uint count = 0;
-    for (uint i = 0; i < all.count; i += 16) {
-        for (uint bits = boxes_meet(all, i, rect); bits; bits &= bits - 1u) {
-            if (count < capacity) list_append(all, i + lowest_bit(bits), slot, capacity, count);
-            count++;
+    for (uint at = 0; at < large.count; at += ITEM_STEP) {
+        for (uint b = boxes_meet(large, at, rect); b; b &= b - 1u) {
+            uint first = (at + lowest_bit(b)) * ITEM_STEP;
+            for (uint c = boxes_meet(blocks, first, rect); c; c &= c - 1u) {
+                uint i = (first + lowest_bit(c)) * ITEM_STEP;
+                for (uint bits = boxes_meet(all, i, rect); bits; bits &= bits - 1u) {
+                    if (count < capacity) list_append(all, i + lowest_bit(bits), slot, capacity, count);
+                    count++;
+                }
+            }
         }
     }
     return count;
+}
+
+// Which lanes of a packet meet box `i`, as bits.
+static uint lanes_meet(List list, uint i, FLOAT u, FLOAT v, FLOAT w)
+{
+    __global const float *boxes = list.boxes + i;
+    uint stride = list.stride;
+    INT meets = (boxes[BOX_U_LOW * stride] <= u) & (boxes[BOX_U_HIGH * stride] >= u) & (boxes[BOX_V_LOW * stride] <= v) &
+                (boxes[BOX_V_HIGH * stride] >= v) & (boxes[BOX_W_LOW * stride] <= w);
+    return packet_bits(meets);
+}
+
+// Which of the sixteen items from `i` on meet one of the lanes' rays, as bits.
+static uint boxes_meet_lanes(List list, uint i, uint lanes, const FLOAT *u, const FLOAT *v, const FLOAT *w)
+{
+    uint bits = 0;
+    for (; lanes; lanes &= lanes - 1u) {
+        uint lane = lowest_bit(lanes);
+        float x = ((const float *)u)[lane], y = ((const float *)v)[lane], z = ((const float *)w)[lane];
+        Rect rect = {x, x, y, y, z};
+        bits |= boxes_meet(list, i, &rect);
+    }
+    return bits;
+}
+
+// The ids of the items that some ray of a packet meets on its way to w (-infinity: it has none), where the rays lie far apart: a rectangle around them would
+// meet hundreds (100,000 scattered balls at 1024²: 2.4 s a frame so, 0.2 s with blocks and this). `count` may be more than fit.
+NOINLINE __global const uint *list_of_rays(List all, const Rect *rect, FLOAT u, FLOAT v, FLOAT w, __global uint *ids, uint capacity, uint *count)
+{
+    List blocks = blocks_of(all), large = blocks_of(blocks);
+    uint n = 0;
+    for (uint at = 0; at < large.count; at += ITEM_STEP) {
+        for (uint b = boxes_meet(large, at, rect); b; b &= b - 1u) {
+            uint block = at + lowest_bit(b);
+            uint lanes = lanes_meet(large, block, u, v, w);
+            if (!lanes) continue;
+            for (uint c = boxes_meet_lanes(blocks, block * ITEM_STEP, lanes, &u, &v, &w); c; c &= c - 1u) {
+                uint i = (block * ITEM_STEP + lowest_bit(c)) * ITEM_STEP;
+                for (uint bits = boxes_meet_lanes(all, i, lanes, &u, &v, &w); bits; bits &= bits - 1u) {
+                    if (n < capacity) ids[n] = all.ids[i + lowest_bit(bits)];
+                    n++;
+                }
+            }
+        }
+    }
+    *count = n;
+    return ids;
 }
 
 // The ids of those in the list that meet the rectangle: as `ids`, with their count, or the list's own where there is no room.
@@ -111,14 +175,16 @@ static __global const uint *list_of_packet(List list, const Rect *rect, __global
 }
 #endif
 
-// The list for a rectangle, in the slot. Where it does not fit there `full` is set, and the host hears how much room it takes.
-static List list_make(List all, const Rect *rect, __global uint *slot, uint capacity, __global uint *counters, __local uint *shared, int *full)
+// Tells the host how much room a list takes that did not fit.
+static int list_full(__global uint *counters, uint count)
+{
+    atomic_max(counters + COUNTER_LIST, count);
+    return 0;
+}
+
+// The list for a rectangle, in the slot; where its count is more than `capacity` it is not whole.
+static List list_make(List all, const Rect *rect, __global uint *slot, uint capacity, __local uint *shared)
 {
     uint count = list_fill(all, rect, slot, capacity, shared);
-    if (count > capacity) {
-        atomic_max(counters + COUNTER_LIST, count);
-        *full = 1;
-        count = 0;
-    }
     return (List){slot, (__global const float *)(slot + capacity), capacity, count};
 }

@@ -216,6 +216,12 @@ static uint mask_bits(int16 mask)
     return (uint)(bytes.x >> 56) | (uint)(bytes.y >> 56) << 8;
 #endif
 }
+
+#if LANES == 32
+#define packet_bits(mask) (mask_bits((mask).lo) | mask_bits((mask).hi) << 16)
+#else
+#define packet_bits(mask) mask_bits(mask)
+#endif
 #else
 #define lowest_of_four(a, b, c, d) ((float4)(a, b, c, d))
 #define highest(x) (x)

@@ -52,7 +52,8 @@ typedef struct PlanNode {
 } PlanNode;
 #define NODE_FIELD 0xffffffffu
 
-// Items are what tiles choose from: components and perturbations, in ascending order of their numbers. The box of an item in a view is where it can
+// Items are what tiles choose from: components and perturbations, in ascending order of their numbers, which follow
+// space where that is free (runtime/spatial.h). The box of an item in a view is where it can
 // matter: outside of it a component of a union is empty, one of an intersection everything, a perturbation 0. Arrays of item_stride floats each:
 #define BOX_U_LOW 0
 #define BOX_U_HIGH 1
@@ -61,6 +62,12 @@ typedef struct PlanNode {
 #define BOX_W_LOW 4
 #define BOX_ARRAYS 5
 #define ITEM_STEP 16 // item_stride is a multiple of it; the rest is filled with empty boxes
+
+// Behind the boxes of a view's items stand those of blocks of ITEM_STEP items each, and behind them those of blocks of ITEM_STEP blocks, each in arrays of
+// their own stride: a block's box is around those of all that is in it.
+#define BLOCKS_OF(count) (((count) + ITEM_STEP - 1) / ITEM_STEP)
+#define STRIDE_OF(count) (((count) + ITEM_STEP) / ITEM_STEP * ITEM_STEP)
+#define BOX_FLOATS(items) (BOX_ARRAYS * (STRIDE_OF(items) + STRIDE_OF(BLOCKS_OF(items)) + STRIDE_OF(BLOCKS_OF(BLOCKS_OF(items)))))
 
 typedef struct ViewConstants {
     float kappa;

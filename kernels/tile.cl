@@ -121,9 +121,9 @@ static int primary_hits(const Buffers *b, const Tile *tile, uint stages)
     float u0 = frame->u0 + frame->du * (float)tile->left, u1 = frame->u0 + frame->du * (float)(tile->left + TILE_SIZE);
     float v0 = frame->v0 + frame->dv * (float)tile->top, v1 = frame->v0 + frame->dv * (float)(tile->top + TILE_SIZE);
     Rect rect = {u0, u1, v1, v0, view->limit}; // v rises where pixels go down
-    int full = 0;
-    List list = list_make(all_items(b, view), &rect, b->slot, frame->list_capacity, b->counters, tile->shared, &full);
-    if (full || stages == 1) return !full;
+    List list = list_make(all_items(b, view), &rect, b->slot, frame->list_capacity, tile->shared);
+    if (list.count > list.stride) return list_full(b->counters, list.count);
+    if (stages == 1) return 1;
     Ray ray = ray_of(b, view);
 #ifdef HAS_FIELD
     primary_fields(b, list, &rect, &ray);
@@ -262,9 +262,14 @@ static int shadow_view(const Buffers *b, const Tile *tile, __global const LightC
     rect = rect_of_group(rect, tile->shared);
 #endif
     if (rect.u_low > rect.u_high) return 1;
-    int full = 0;
-    List list = list_make(all_items(b, view), &rect, b->slot, b->frame->list_capacity, b->counters, tile->shared, &full);
-    if (full) return 0;
+    uint capacity = b->frame->list_capacity;
+    List all = all_items(b, view), list = list_make(all, &rect, b->slot, capacity, tile->shared);
+#if WIDTH == 16
+    int far_apart = list.count > LONG_LIST;
+#else
+    int far_apart = 0;
+#endif
+    if (list.count > capacity && !far_apart) return list_full(b->counters, list.count);
     Ray ray = ray_of(b, view);
     ray.shadow = 1;
 #ifdef HAS_FIELD
@@ -291,7 +296,13 @@ static int shadow_view(const Buffers *b, const Tile *tile, __global const LightC
             ray.v = v;
             if (list.count > SHORT_LIST)
                 rect = rect_around(mine ? u : infinite, mine ? u : -infinite, mine ? v : infinite, mine ? v : -infinite, mine ? w : -infinite);
-            ray.list = list_of_packet(list, &rect, SLOT_PACKET(b->slot, b->frame->list_capacity), b->frame->list_capacity, &ray.count);
+            __global uint *ids = SLOT_PACKET(b->slot, capacity);
+#if WIDTH == 16
+            if (far_apart) ray.list = list_of_rays(all, &rect, u, v, w, ids, capacity, &ray.count);
+            else
+#endif
+                ray.list = list_of_packet(list, &rect, ids, capacity, &ray.count);
+            if (far_apart && ray.count > capacity) return list_full(b->counters, ray.count);
             if (ray.count) {
                 FLOAT bound = mine ? w : -infinite;
                 UINT leaf;

@@ -34,7 +34,7 @@ typedef struct Film {
     unsigned layers;  // FilmLayer bits
     float *color;     // 4 a pixel
     float *depth;     // 1
-    float *normal;    // 3
+    float *normal;    // 3: unit length, towards the viewer
     float *position;  // 3
     uint32_t *id;     // 1
     FilmCover *cover; // one a pixel, of a picture made from several frames (runtime/sample.h); else NULL

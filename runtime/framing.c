@@ -100,7 +100,7 @@ bool framing_camera(const Plan *plan, double *const *moments, int count, int wid
     Framing f = {.plan = plan, .moments = moments, .count = count, .width = width, .height = height};
     if (!layout_init(&f.layout, plan)) return false;
     f.records = malloc((f.layout.record_count + 1u) * sizeof *f.records);
-    f.boxes = malloc((f.layout.item_stride + 1u) * BOX_ARRAYS * sizeof *f.boxes);
+    f.boxes = malloc(BOX_FLOATS((size_t)f.layout.item_count) * sizeof *f.boxes);
     bool ok = f.records && f.boxes;
     if (ok) {
         find_bounds(&f);

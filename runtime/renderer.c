@@ -231,7 +231,7 @@ static void make_view_constants(Renderer *r, int count)
         c->start = (float)p->start;
         c->limit = (float)p->limit;
         c->first_record = (unsigned)k * r->layout.record_count;
-        c->first_box = (unsigned)k * BOX_ARRAYS * r->layout.item_stride;
+        c->first_box = (unsigned)k * BOX_FLOATS(r->layout.item_count);
         c->unit_distance = p->kappa > 0 ? (float)(1 / p->kappa) : 0;
         view_map(&r->wanted[0], p, c->map);
     }
@@ -242,7 +242,7 @@ static bool fold_views(Renderer *r, const double *values, int count, Failure *fa
 {
     const Layout *layout = &r->layout;
     size_t records = (size_t)layout->record_count * sizeof(QuadricRecord);
-    size_t boxes = (size_t)layout->item_stride * BOX_ARRAYS * sizeof(float);
+    size_t boxes = BOX_FLOATS((size_t)layout->item_count) * sizeof(float);
     cl_mem old_records = r->buffers[BUFFER_RECORDS].mem, old_boxes = r->buffers[BUFFER_BOXES].mem;
     if (!buffer_ensure(r, BUFFER_RECORDS, records * (size_t)count, NULL, failure) ||
         !buffer_ensure(r, BUFFER_BOXES, boxes * (size_t)count, NULL, failure)) {

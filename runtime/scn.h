@@ -202,7 +202,7 @@ typedef struct ScnFrameDesc {
     int samples;     // N: N x N rays a pixel; 0: 1
     float *color;    // 4 a pixel: red, green, blue in linear light, coverage
     float *depth;    // 1: along the viewing direction; +infinity where nothing is
-    float *normal;   // 3: outward
+    float *normal;   // 3: unit length, towards the viewer
     float *position; // 3
     uint32_t *id;    // 1: object k is k + 1; 0 where nothing is
     unsigned layers; // ScnLayer bits: what to compute without a buffer, for scn_write_image()

@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "runtime/fold.h"
+#include "runtime/spatial.h"
 
 #define FAR_LIGHT 1000.0 // units: a point light so far from what is looked at has one view, also where the scene has no end
 #define RECORD_LIMIT (1u << 28)
@@ -62,7 +63,7 @@ static void number_group(Numbering *n, uint32_t group, int depth)
     for (uint32_t k = 0; k < g->component_count; k++) {
         if (n->number >= RECORD_LIMIT || depth > DEPTH_LIMIT) n->too_many = true;
         if (n->too_many) return;
-        number_component(n, &n->layout->plan->components[g->component_begin + k], depth);
+        number_component(n, &n->layout->plan->components[n->layout->components[g->component_begin + k]], depth);
     }
 }
 
@@ -96,12 +97,21 @@ static bool rank_leaves(Layout *layout)
 bool layout_init(Layout *layout, const Plan *plan)
 {
     *layout = (Layout){.plan = plan};
+    layout->components = calloc(plan->component_count + 1u, sizeof *layout->components);
+    layout->perturbations = calloc(plan->perturbation_count + 1u, sizeof *layout->perturbations);
+    if (!layout->components || !layout->perturbations || !spatial_order(plan, layout->components, layout->perturbations)) {
+        layout_release(layout);
+        return false;
+    }
     Numbering counting = {.layout = layout};
     number_group(&counting, 0, 0);
-    if (counting.too_many) return false;
+    if (counting.too_many) {
+        layout_release(layout);
+        return false;
+    }
     layout->record_count = counting.number;
     layout->item_count = counting.item;
-    layout->item_stride = (counting.item + ITEM_STEP) / ITEM_STEP * ITEM_STEP;
+    layout->item_stride = STRIDE_OF(counting.item);
     layout->items = calloc(layout->item_stride, sizeof *layout->items);
     layout->nodes = calloc(layout->record_count + 1, sizeof *layout->nodes);
     layout->boxes = calloc(layout->record_count + 1, sizeof *layout->boxes);
@@ -121,6 +131,8 @@ bool layout_init(Layout *layout, const Plan *plan)
 
 void layout_release(Layout *layout)
 {
+    free(layout->components);
+    free(layout->perturbations);
     free(layout->items);
     free(layout->nodes);
     free(layout->boxes);
@@ -200,7 +212,7 @@ static void fold_group(Folding *f, uint32_t group, Box *box);
 static void fold_perturbations(Folding *f, const PlanLeaf *leaf, bool shown, double factor, QuadricRecord *base, Box *box)
 {
     for (uint32_t k = 0; k < leaf->count; k++) {
-        const PlanPerturbation *p = &f->layout->plan->perturbations[leaf->begin + k];
+        const PlanPerturbation *p = &f->layout->plan->perturbations[f->layout->perturbations[leaf->begin + k]];
         uint32_t number = f->number++, item = f->item++;
         double strength = shown ? f->values[p->strength] : 0;
         Box support = box_empty;
@@ -351,10 +363,28 @@ static void fold_group(Folding *f, uint32_t group, Box *box)
     *box = in_union ? box_empty : box_all;
     for (uint32_t k = 0; k < g->component_count; k++) {
         Box component;
-        fold_component(f, &plan->components[g->component_begin + k], in_union, &component);
+        fold_component(f, &plan->components[f->layout->components[g->component_begin + k]], in_union, &component);
         if (in_union) box_hull(box, &component);
         else box_cut(box, &component);
     }
+}
+
+// The boxes of blocks, `from` of `count` items or blocks, to the arrays behind them; the rest of both strides is empty.
+static float *fold_blocks(float *from, uint32_t count)
+{
+    uint32_t stride = STRIDE_OF(count), blocks = BLOCKS_OF(count), block_stride = STRIDE_OF(blocks);
+    float *to = from + BOX_ARRAYS * stride;
+    for (uint32_t array = 0; array < BOX_ARRAYS; array++) {
+        bool high = array == BOX_U_HIGH || array == BOX_V_HIGH;
+        float *in = from + array * stride, *out = to + array * block_stride;
+        for (uint32_t k = count; k < stride; k++) in[k] = high ? -INFINITY : INFINITY;
+        for (uint32_t k = 0; k < block_stride; k++) out[k] = high ? -INFINITY : INFINITY;
+        for (uint32_t k = 0; k < count; k++) {
+            float *box = &out[k / ITEM_STEP];
+            if (high ? in[k] > *box : in[k] < *box) *box = in[k];
+        }
+    }
+    return to;
 }
 
 void view_fold(Layout *layout, const double *values, const Projection *projection, QuadricRecord *records, float *boxes)
@@ -363,7 +393,8 @@ void view_fold(Layout *layout, const double *values, const Projection *projectio
     fold_map(projection, &f.map);
     Box box;
     fold_group(&f, 0, &box);
-    for (uint32_t k = layout->item_count; k < layout->item_stride; k++) set_item_box(&f, k, &box_empty);
+    float *blocks = fold_blocks(boxes, layout->item_count);
+    fold_blocks(blocks, BLOCKS_OF(layout->item_count));
 }
 
 void view_frame(Layout *layout, const double *values)

@@ -26,6 +26,7 @@ typedef struct Layout {
     uint32_t record_count;
     uint32_t *items;         // numbers of components and perturbations, ascending
     uint32_t item_count, item_stride;
+    uint32_t *components, *perturbations; // of the plan, as they are numbered (runtime/spatial.h)
     Box *boxes;              // of each number, while folding
     FieldTables fields;
 } Layout;
@@ -61,7 +62,7 @@ int view_light(const Plan *plan, const double *values, const PlanLight *light, c
 // Whether no record of any view can differ between two frames' values.
 bool view_same_geometry(const Layout *layout, const double *values, const double *others);
 
-// Fills layout->record_count records and BOX_ARRAYS * layout->item_stride floats.
+// Fills layout->record_count records and BOX_FLOATS(layout->item_count) floats.
 void view_fold(Layout *layout, const double *values, const Projection *projection, QuadricRecord *records, float *boxes);
 
 // Three rows of four: from p = (U, V, w)/W of `from` to that of `to`.

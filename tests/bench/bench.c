@@ -12,8 +12,8 @@
 //   reference     the plain scalar double renderer (tests/oracle), every 8th pixel of every 8th line, times 64
 //   POV-Ray       its trace time (its own words) at the same size, one thread; where `povray` is installed
 //
-// Then once: package to first picture with empty caches, source to first picture with empty caches, a union of 10,000 spheres, 100,000 quadrics, and a
-// million random rays against the oracle.
+// Then once: package to first picture with empty caches, source to first picture with empty caches, a union of 10,000 spheres, 100,000 quadrics, 100,000
+// scattered balls, 54 slabs in one free form, and a million random rays against the oracle.
 #include <cjson/cJSON.h>
 #include <errno.h>
 #include <fcntl.h>
@@ -293,6 +293,41 @@ static void big_union(const Options *o, Arena *arena, int count, bool balls, cJS
     free(check.out), free(frame.out);
 }
 
+// What lists and free forms of many perturbations cost: thousands of balls far apart, where the shadow rays of a packet have nothing in common, and grooves,
+// which no box bounds.
+#define CROWD_HEAD                                                               \
+    "scn 1;\ncamera { eye: (14, 12, 30); look_at: (0, 0, 0); fov: 40deg; }\n"    \
+    "light sun { direction: (-0.9, -1, -0.35); }\n"                              \
+    "fn hash(k: scalar) -> scalar { mod(sin(k * 12.9898rad) * 43758.5453, 1) }\n" \
+    "scene {\n"
+#define GROOVE(axis) "            perturb(slab(" axis ": at - 0.2 .. at + 0.2), strength: -8000);\n"
+static const char *const crowds[][2] = { // a name and a scene
+    {"scattered-100000", CROWD_HEAD
+     "    for k in 0..100000 {\n"
+     "        sphere(0.03).move(20 * hash(k) - 10, 20 * hash(k + 0.37) - 10, 20 * hash(k + 0.71) - 10);\n"
+     "    }\n}\n"},
+    {"slabs-54", CROWD_HEAD
+     "    freeform(sphere(9)) {\n        for k in 0..18 {\n            let at = -7.65 + 0.9 * k;\n" GROOVE("x") GROOVE("y") GROOVE("z")
+     "        }\n    }\n}\n"},
+};
+
+static void big_crowd(const Options *o, const char *const crowd[2], cJSON *json)
+{
+    char path[600], key[64];
+    work_path(o, crowd[0], ".scn", path);
+    FILE *file = fopen(path, "w");
+    if (!file) {
+        fprintf(stderr, "cannot write %s: %s\n", path, strerror(errno));
+        return;
+    }
+    fputs(crowd[1], file);
+    fclose(file);
+    Outcome frame = bench(o, NULL, path, "1");
+    snprintf(key, sizeof key, "%s_frame_cpu_ms", crowd[0]);
+    note(json, key, field(frame.out, "cpu_ms"), "%s: a frame %.1f ms CPU, %.0f MB", crowd[0], field(frame.out, "cpu_ms"), frame.peak_mb);
+    free(frame.out);
+}
+
 // A million rays: ten classes, 7 scenes each of 120 x 120.
 static bool random_rays(const Options *o, cJSON *json)
 {
@@ -371,6 +406,7 @@ int main(int argc, char **argv)
         first_pictures(&o, "S3", json);
         big_union(&o, &arena, 10000, true, json);
         big_union(&o, &arena, 100000, false, json);
+        for (size_t k = 0; k < sizeof crowds / sizeof *crowds; k++) big_crowd(&o, crowds[k], json);
         if (o.rays) good = random_rays(&o, json);
     }
     char path[600], *text = cJSON_Print(json);
