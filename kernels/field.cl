@@ -114,7 +114,7 @@ static FLOAT field_sampled(const Tape *tape, const FieldLine *line, FLOAT p, FLO
 }
 
 // The first place of [p, end] where sign * F is positive; infinity where there is none. `at_root`: p is a place where it has just turned negative.
-static NOINLINE void field_search(const Tape *tape, const FieldLine *line, const FLOAT *from, const FLOAT *to, INT live, float sign, INT at_root,
+NOINLINE void field_search(const Tape *tape, const FieldLine *line, const FLOAT *from, const FLOAT *to, INT live, float sign, INT at_root,
                                   int exists, __global FLOAT *memory, FLOAT *answer, INT *doubts)
 {
     FLOAT p = *from, end = *to, found = INFINITY;
@@ -326,7 +326,7 @@ typedef struct FieldMemory {
 } FieldMemory;
 
 // The ranges of a tape over boxes, one a lane, and what decides in it.
-static NOINLINE void tape_boxes(const Tape *tape, const Range *box, __global FLOAT *memory, __global Choices *choices, Range *result, Doubt *doubt)
+NOINLINE void tape_boxes(const Tape *tape, const Range *box, __global FLOAT *memory, __global Choices *choices, Range *result, Doubt *doubt)
 {
     __global Range *v = (__global Range *)memory;
     doubt->maybe = doubt->never = (box[0].low != box[0].low) & (box[0].low == box[0].low); // none

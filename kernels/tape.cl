@@ -7,7 +7,6 @@
 //
 // Values stand in memory of the tile (v): TAPE_POINT coordinates first.
 
-#define NOINLINE __attribute__((noinline))
 #define LARGEST 3.402823e38f
 
 typedef struct Tape {
@@ -70,7 +69,7 @@ static FLOAT truth(INT mask)
     return mask ? one : zero;
 }
 
-static NOINLINE void rare_value(uint op, const FLOAT *pa, const FLOAT *pb, FLOAT *result)
+NOINLINE void rare_value(uint op, const FLOAT *pa, const FLOAT *pb, FLOAT *result)
 {
     FLOAT a = *pa, b = *pb, r = NAN;
     switch (op) {
@@ -100,7 +99,7 @@ static NOINLINE void rare_value(uint op, const FLOAT *pa, const FLOAT *pb, FLOAT
     *result = r;
 }
 
-static NOINLINE void tape_value(const Tape *tape, const FLOAT *point, __global FLOAT *v, FLOAT *result)
+NOINLINE void tape_value(const Tape *tape, const FLOAT *point, __global FLOAT *v, FLOAT *result)
 {
     for (uint k = 0; k < TAPE_POINT; k++) v[k] = point[k];
     for (uint k = 0; k < tape->count; k++) {
@@ -286,7 +285,7 @@ static Range range_wave(Range a, float top, FLOAT p, FLOAT q)
 {
     FLOAT one = 1.0f, minus = -1.0f;
     Range r = outward(least(p, q), most(p, q), 5.0f);
-    INT far = !(a.high - a.low < 6.28f) | (size_of(a.low) > 1e4f) | (size_of(a.high) > 1e4f);
+    INT far = (INT)!(a.high - a.low < 6.28f) | (size_of(a.low) > 1e4f) | (size_of(a.high) > 1e4f);
     r.high = (far | has_turn(a, top)) ? one : least(r.high, one);
     r.low = (far | has_turn(a, top + 3.1415927f)) ? minus : most(r.low, minus);
     return r;
@@ -304,7 +303,7 @@ static Range range_cos(Range a)
 
 static INT has_pole(Range a) // of the tangent
 {
-    return !(a.high - a.low < 3.14f) | (size_of(a.low) > 1e4f) | (size_of(a.high) > 1e4f) | has_turn(a, 1.5707963f) | has_turn(a, -1.5707963f);
+    return (INT)!(a.high - a.low < 3.14f) | (size_of(a.low) > 1e4f) | (size_of(a.high) > 1e4f) | has_turn(a, 1.5707963f) | has_turn(a, -1.5707963f);
 }
 
 static Range range_atan2(Range y, Range x)
@@ -355,7 +354,7 @@ static void doubt_unary(uint op, Range a, int lazy, Doubt *doubt)
     if (!lazy) doubt->never = doubt->never | never;
 }
 
-static NOINLINE void rare_range(uint op, const Range *pa, const Range *pb, int lazy, Doubt *doubt, Range *result)
+NOINLINE void rare_range(uint op, const Range *pa, const Range *pb, int lazy, Doubt *doubt, Range *result)
 {
     Range a = *pa, b = *pb, r = range_everything();
     FLOAT one = 1.0f, minus = -1.0f;
@@ -446,7 +445,7 @@ typedef struct Dual { // a range and that of its derivative along the ray
 } Dual;
 
 // The derivative of an operation of one operand, as a range: a its operand, r its result.
-static NOINLINE void unary_slope(uint op, int power, const Range *pa, const Range *pr, Range *result)
+NOINLINE void unary_slope(uint op, int power, const Range *pa, const Range *pr, Range *result)
 {
     Range a = *pa, r = *pr, s = range_everything();
     FLOAT one = 1.0f, minus = -1.0f, zero = 0.0f, infinite = INFINITY;
@@ -488,7 +487,7 @@ static NOINLINE void unary_slope(uint op, int power, const Range *pa, const Rang
     *result = s;
 }
 
-static NOINLINE void binary_slope(uint op, const Dual *pa, const Dual *pb, const Range *pr, Range *result)
+NOINLINE void binary_slope(uint op, const Dual *pa, const Dual *pb, const Range *pr, Range *result)
 {
     Dual a = *pa, b = *pb;
     Range r = *pr, s = range_everything();
@@ -556,7 +555,7 @@ static Dual dual_select(Dual c, Dual a, Dual b)
 }
 
 // The tape over the piece from p to q of the rays o + s e.
-static NOINLINE void tape_dual(const Tape *tape, const FLOAT *o, const FLOAT *e, const FLOAT *p, const FLOAT *q, __global FLOAT *memory, Dual *result, Doubt *doubt)
+NOINLINE void tape_dual(const Tape *tape, const FLOAT *o, const FLOAT *e, const FLOAT *p, const FLOAT *q, __global FLOAT *memory, Dual *result, Doubt *doubt)
 {
     __global Dual *v = (__global Dual *)memory;
     doubt->maybe = doubt->never = (*p != *p) & (*p == *p); // none
@@ -594,7 +593,7 @@ typedef struct Gradient {
 } Gradient;
 
 // The derivative at a point: ranges of one number would do it too, at four times the cost.
-static NOINLINE void rare_slope(uint op, int power, const FLOAT *pa, const FLOAT *pb, const FLOAT *pr, FLOAT *by_a, FLOAT *by_b)
+NOINLINE void rare_slope(uint op, int power, const FLOAT *pa, const FLOAT *pb, const FLOAT *pr, FLOAT *by_a, FLOAT *by_b)
 {
     FLOAT a = *pa, b = *pb, r = *pr, s = 0.0f, t = 0.0f, zero = 0.0f;
     switch (op) {
@@ -628,7 +627,7 @@ static NOINLINE void rare_slope(uint op, int power, const FLOAT *pa, const FLOAT
 }
 
 // Where the operands of MIN and MAX are equal the first decides.
-static NOINLINE void tape_gradient(const Tape *tape, const FLOAT *point, __global FLOAT *memory, Gradient *result)
+NOINLINE void tape_gradient(const Tape *tape, const FLOAT *point, __global FLOAT *memory, Gradient *result)
 {
     __global Gradient *v = (__global Gradient *)memory;
     FLOAT zero = 0.0f, one = 1.0f;

@@ -3,6 +3,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 
 #define XXH_INLINE_ALL
 #include <xxhash.h>
@@ -44,6 +45,8 @@ bool package_is(const uint8_t *bytes, size_t size)
 bool package_file(const char *path)
 {
     uint8_t bytes[8];
+    struct stat status;
+    if (stat(path, &status) || !S_ISREG(status.st_mode)) return false; // what is read from a pipe is gone
     FILE *file = fopen(path, "rb");
     if (!file) return false;
     size_t size = fread(bytes, 1, sizeof bytes, file);

@@ -67,7 +67,7 @@ typedef struct Package {
 bool package_is(const uint8_t *bytes, size_t size);
 
 // Whether the file there begins as a package does; also where it is cut off within the first bytes, or one that was
-// changed by a transfer as text: package_decode() says more then.
+// changed by a transfer as text: package_decode() says more then. What is no file but a pipe is none.
 bool package_file(const char *path);
 
 // Fills `structure` from the kernel.

@@ -39,6 +39,7 @@ static const uint8_t *take(Record *r, size_t size)
 // `size` bytes in either direction; zeros where there are none to read.
 static void copy(Record *r, void *value, size_t size)
 {
+    if (size == 0) return; // value may be NULL then
     if (r->writing) {
         uint8_t *to = grow(r, size);
         if (to) memcpy(to, value, size);

@@ -117,6 +117,14 @@ last='scn check -'
 printf 'scn 1;\nscene { sphere(1).rotat(y: 9deg); }\n' | "$scn" check - 2>err
 says err 'do you mean rotate'
 
+# A scene from a pipe: what is read is not lost, and what the OpenCL compiler thinks of a kernel is nobody's business.
+last='a pipe'
+printf 'scn 1;\nscene { sphere(1).rotat(y: 9deg); }\n' | "$scn" check /dev/stdin 2>err
+says err 'do you mean rotate'
+printf 'scn 1;\nscene { field(1 - x^2 - y^2 - z^2); }\n' | "$scn" render -q --size 32x32 -o field.png - 2>err
+there field.png
+quiet err
+
 # Standard output that is full is told.
 if [ -c /dev/full ]; then
     status=0
