@@ -16,6 +16,7 @@ int command_fmt(const Options *options);
 int command_flatten(const Options *options);
 int command_info(const Options *options);
 int command_tree(const Options *options);
+int command_doc(const Options *options);
 int command_dump(const Options *options);
 int command_patch(const Options *options);
 int command_bench(const Options *options);

@@ -209,6 +209,7 @@ static int run_command(const Options *options)
     case COMMAND_FLATTEN: return command_flatten(options);
     case COMMAND_INFO: return command_info(options);
     case COMMAND_TREE: return command_tree(options);
+    case COMMAND_DOC: return command_doc(options);
     case COMMAND_DUMP: return command_dump(options);
     case COMMAND_PATCH: return command_patch(options);
     case COMMAND_BENCH: return command_bench(options);

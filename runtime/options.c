@@ -216,6 +216,12 @@ static bool set_either(Options *options, const char *name, const char *text, int
     return wrong(options, "--%s wants %d or %d, not \"%s\"", name, a, b, text);
 }
 
+static bool set_doc_format(Options *options, const char *text)
+{
+    options->markdown = !strcmp(text, "markdown") ? 2 : !strcmp(text, "html");
+    return options->markdown || wrong(options, "--format wants html or markdown, not \"%s\"", text);
+}
+
 static bool set_option(Options *options, OptionId id, const char *value)
 {
     switch (id) {
@@ -245,6 +251,9 @@ static bool set_option(Options *options, OptionId id, const char *value)
     case OPTION_FMT_CHECK: options->check = true; return true;
     case OPTION_DIFF: options->diff = true; return true;
     case OPTION_LINES: return set_lines(options, value);
+    case OPTION_BUILTINS: options->builtins = true; return true;
+    case OPTION_DOC_FORMAT: return set_doc_format(options, value);
+    case OPTION_NO_PICTURES: options->no_pictures = true; return true;
     case OPTION_DEPTH: return set_count(options, "depth", value, 1000000, &options->depth);
     case OPTION_JSON: options->json = true; return true;
     case OPTION_CSV: options->csv = true; return true;

@@ -61,6 +61,8 @@ typedef struct Options {
     int solver, sweeps; // of patches: 0 direct, 1 device, 2 iterative (PatchMethod); 0: not given
     bool csv;
     int depth;                                 // 0: not given
+    int markdown;                              // --format: 1 html, 2 markdown; 0: not given
+    bool builtins, no_pictures;
     bool no_cache, source, ast, ir, kernel, json, strict, quiet, check, diff;
     const char *warnings[OPTION_LIMIT];
     int warning_count;
