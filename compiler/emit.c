@@ -239,7 +239,7 @@ static bool is_freeform(const PlanShape *shape)
 
 static const char *linkage(bool freeform, bool leave)
 {
-    return !freeform ? "static" : leave ? "NOINLINE" : "INLINE";
+    return !freeform ? "static" : leave ? "static NOINLINE" : "INLINE";
 }
 
 static void emit_shape_function(Emitter *e, uint32_t index, bool leave)

@@ -104,7 +104,7 @@ static uint boxes_meet_lanes(List list, uint i, uint lanes, const FLOAT *u, cons
 
 // The ids of the items that some ray of a packet meets on its way to w (-infinity: it has none), where the rays lie far apart: a rectangle around them would
 // meet hundreds (100,000 scattered balls at 1024²: 2.4 s a frame so, 0.2 s with blocks and this). `count` may be more than fit.
-NOINLINE __global const uint *list_of_rays(List all, const Rect *rect, FLOAT u, FLOAT v, FLOAT w, __global uint *ids, uint capacity, uint *count)
+static NOINLINE __global const uint *list_of_rays(List all, const Rect *rect, FLOAT u, FLOAT v, FLOAT w, __global uint *ids, uint capacity, uint *count)
 {
     List blocks = blocks_of(all), large = blocks_of(blocks);
     uint n = 0;

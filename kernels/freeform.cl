@@ -134,7 +134,7 @@ static __global const QuadricRecord *supports_get(const Supports *supports, cons
 // The first place from t on, before the bound, at which sign * F' turns positive: t itself if it is so there, unless it is known that it is not (the
 // place is a root, where floats give either sign). Infinity (or anything from the bound on) if there is none. Any base, any strength, any support. The
 // perturbations are ray->list[begin .. stop). Written to be right; freeform_first() below is for speed.
-NOINLINE FLOAT freeform_next(const Ray *ray, uint id, uint begin, uint stop, FLOAT t, FLOAT bound, float sign, INT known)
+static NOINLINE FLOAT freeform_next(const Ray *ray, uint id, uint begin, uint stop, FLOAT t, FLOAT bound, float sign, INT known)
 {
     __global const QuadricRecord *base = ray->records + id;
     FLOAT u = ray->u, v = ray->v;

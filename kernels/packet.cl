@@ -79,11 +79,10 @@ typedef uint UINT;
 // Compilers for GPUs inline everything as it is.
 #if WIDTH == 16
 #define INLINE static inline __attribute__((always_inline))
-#define NOINLINE static __attribute__((noinline))
 #else
 #define INLINE static
-#define NOINLINE static
 #endif
+#define NOINLINE __attribute__((noinline))
 
 #if WIDTH == 16 && defined(__AVX512F__) && defined(__has_builtin)
 #if __has_builtin(__builtin_ia32_rcp14ps512_mask) && __has_builtin(__builtin_ia32_rsqrt14ps512_mask)
