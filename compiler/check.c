@@ -126,6 +126,7 @@ static Callable *signature(Checker *c, Node *node, bool prelude)
     for (const Node *p = node->a; p; p = p->next) most++;
     callable->parameters = arena_array(&c->unit->arena, Parameter, most);
     for (Node *n = node->a; n; n = n->next) {
+        callable->lost |= n->kind == NODE_ERROR || (n->kind == NODE_PARAMETER && n->a && n->a->kind == NODE_ERROR);
         if (n->kind != NODE_PARAMETER) continue;
         Parameter *p = &callable->parameters[callable->count++];
         *p = (Parameter){.name = n->name,

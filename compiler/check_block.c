@@ -232,11 +232,17 @@ Type check_if(Checker *c, Node *node, Values *values)
     return type;
 }
 
-static void check_entry_outside(Checker *c, Node *item, const Values *values)
+static void check_entry_outside(Checker *c, Node *item, Values *values)
 {
-    diag(c->unit, item->span, DIAG_MISPLACED,
-         "name: value; is an argument of the call that a block belongs to, and %s takes none here", values->what);
+    if (!values->entries) {
+        diag(c->unit, item->span, DIAG_MISPLACED,
+             "name: value; is an argument of the call that a block belongs to, and %s takes none here", values->what);
+    }
     check_expr(c, item->b);
+    values->entries = !values->file;
+    if (values->many || values->file) return;
+    values->count = 1; // what the word before the block would have made of them
+    values->joined = poison();
 }
 
 void check_item(Checker *c, Node *item, Values *values)

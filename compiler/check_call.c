@@ -658,6 +658,10 @@ Type check_call(Checker *c, Node *node, const Type *receiver, Symbol *symbol)
         return poison();
     }
     k.callee = choose(&k, symbol->callable);
+    if (k.callee->lost) {
+        check_block_of_wrong_call(c, node->c);
+        return k.callee->declared ? k.callee->result : poison();
+    }
     if (symbol->global || k.callee->prelude) check_symbol(c, symbol);
     bool built_in = k.callee->kind == CALLABLE_BUILTIN;
     bool cases = built_in && (k.callee->id == BUILTIN_KEYS || k.callee->id == BUILTIN_MATCH);

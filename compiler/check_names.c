@@ -308,6 +308,7 @@ Symbol *names_use(Checker *c, Name name, Span span, bool called)
             near ? diag(c->unit, span, DIAG_UNKNOWN_NAME, "%s %s: do you mean %s?", what, name, near)
                  : diag(c->unit, span, DIAG_UNKNOWN_NAME, "%s %s: define it, or look for its spelling", what, name);
         if (near) diag_fix(c->unit, d, span, FIX_LIKELY, "%s", near);
+        lost_add(c->unit, name);
     }
     symbol = symbol_new(c, SYMBOL_ERROR, name);
     symbol->state = CHECK_DONE;

@@ -120,6 +120,7 @@ typedef struct Values {
     Cases *cases;     // not values but cases are wanted; else NULL
     Type joined;      // what they are, if not known
     int count;        // values written, an `if` counts as one
+    bool entries;     // it has some, though nothing takes them: reported once
     const char *what; // "union", "the tool nip": who wants them, for messages
 } Values;
 

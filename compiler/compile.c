@@ -39,6 +39,7 @@ static Node *read_tree(Compilation *c, const Source *source)
 {
     if (!c->unit->library) c->unit->library = stdlib_library;
     Node *tree = parse(c->unit, source);
+    c->unit->lost.read = true;
     phase_done(c, PHASE_PARSE);
     if (c->options->dump_tree) ast_print(c->unit, tree, c->options->dump_tree);
     if (c->unit->lost.shape) return tree; // brackets are not where they were meant: what would be found is not what is wrong

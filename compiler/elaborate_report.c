@@ -90,7 +90,9 @@ Diag *complain(Eval *e, const Node *at, DiagCode code, const char *format, ...)
         shown++;
     }
     label_loops(e, d);
-    if (e->unit->errors - e->errors_before > ERRORS_MAX) e->stop = true;
+    // One mistake in a recursion of several branches comes again and again, and each time keeps it from ending.
+    bool again = diag_severity(code) == SEVERITY_ERROR && ++e->complaints > COMPLAINTS_MAX;
+    if (again || e->unit->errors - e->errors_before > ERRORS_MAX) e->stop = true;
     return d;
 }
 

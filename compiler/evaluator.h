@@ -22,7 +22,7 @@
 #include "compiler/program.h"
 #include "compiler/value.h"
 
-enum { CALLS_MAX = 1000, ITEMS_MAX = 10000000, BUILTIN_PARAMETERS_MAX = 16, ERRORS_MAX = 100 };
+enum { CALLS_MAX = 1000, ITEMS_MAX = 10000000, BUILTIN_PARAMETERS_MAX = 16, ERRORS_MAX = 100, COMPLAINTS_MAX = 2000 };
 
 // What perturbations act on: the first object of the freeform around, and the frame of the tool around.
 typedef struct Forming {
@@ -83,6 +83,7 @@ typedef struct Eval {
     size_t stack_size;
     Print *prints, **prints_end;
     int errors_before;
+    int complaints; // errors, the same ones again included
     Value animation; // of the scene, once it is known
     uint32_t assert_capacity;
     bool *asserted; // by node: this condition is tested already

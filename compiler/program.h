@@ -58,6 +58,7 @@ typedef struct Callable {
     uint8_t kind;  // CallableKind
     uint8_t state; // CheckState of the body
     bool prelude;  // compiled in: what happens in its body is told where the scene calls it
+    bool lost;     // its parameters make no sense, which was reported
     bool declared; // its result type is written (or follows from its kind)
     uint16_t id;   // BuiltinId
     Parameter *parameters;

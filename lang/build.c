@@ -209,8 +209,23 @@ Node *build_untyped(Parser *p, Span span, Name name, Span name_span, Node *other
     return build_parameter(p, span, name, name_span, build_error(p, name_span, NULL), otherwise, NULL);
 }
 
+static bool is_type_word(Name name)
+{
+    static const char words[] =
+        " bool int scalar angle time vec2 vec3 color string range quadric object perturbation material ";
+    char padded[20];
+    return strlen(name) < sizeof padded - 3 && snprintf(padded, sizeof padded, " %s ", name) > 0 &&
+           strstr(words, padded);
+}
+
 Node *build_type_first(Parser *p, Span span, Name type, Span type_span, Name name, Span name_span)
 {
+    if (is_type_word(name) && !is_type_word(type)) { // fn f(x scalar): they are in order, and the colon is missing
+        Diag *missing = diag(p->unit, name_span, DIAG_MISSING_TYPE,
+                             "a colon stands before the type of a parameter: write %s: %s", type, name);
+        diag_fix(p->unit, missing, (Span){type_span.end, type_span.end}, FIX_SURE, ":");
+        return build_parameter(p, span, type, type_span, build_type(p, name_span, name, NULL), NULL, NULL);
+    }
     bool c_type = strcmp(type, "float") == 0 || strcmp(type, "double") == 0;
     const char *ours = c_type ? "scalar" : type;
     Diag *d = diag(p->unit, span, DIAG_MISSING_TYPE, "the type of a parameter stands behind its name: write %s: %s",
@@ -231,7 +246,7 @@ Node *build_block(Parser *p, Span span, NodeList items)
 {
     for (const Node *item = items.first; item; item = item->next) {
         const char *word = item_word(item->kind);
-        if (!word) continue;
+        if (!word || p->filter.end_reported) continue; // a } is missing before it
         uint32_t length = (uint32_t)strlen(word);
         Span at = {item->span.begin, item->span.begin + length};
         diag(p->unit, at, DIAG_MISPLACED, "%s stands in a file, not in a block: move it out of the { }", word);

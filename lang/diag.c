@@ -134,11 +134,24 @@ static Diag **place_of(Unit *unit, DiagCode code, Span span)
     }
 }
 
+// Mistakes behind which a line is not what it was meant to be, however the parser goes on.
+static bool loses_line(DiagCode code)
+{
+    switch (code) {
+    case DIAG_BAD_CHARACTER:
+    case DIAG_UNKNOWN_UNIT:
+    case DIAG_RESERVED_WORD:
+    case DIAG_UNEXPECTED:
+    case DIAG_UNCLOSED:
+    case DIAG_STRAY_BRACKET: return true;
+    default: return false;
+    }
+}
+
 Diag *diag(Unit *unit, Span span, DiagCode code, const char *format, ...)
 {
     Diagnostics *list = &unit->diagnostics;
-    Span silent = unit->lost.silent;
-    if (span.begin >= silent.begin && span.begin < silent.end) return &list->discarded;
+    if (lost_report(unit, span)) return &list->discarded;
     if (list->levels[code] == LEVEL_OFF && facts[code].severity == SEVERITY_WARNING) return &list->discarded;
     Diag **place = place_of(unit, code, span);
     if (*place) return &list->discarded;
@@ -147,6 +160,7 @@ Diag *diag(Unit *unit, Span span, DiagCode code, const char *format, ...)
     if (severity == SEVERITY_WARNING) unit->warnings++;
     if (list->kept[severity] >= DIAG_KEPT_MAX) return &list->discarded;
     list->kept[severity]++;
+    if (loses_line(code)) lost_line(unit, span);
 
     Diag *d = *place = arena_new(&unit->arena, Diag);
     d->code = code;

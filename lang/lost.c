@@ -23,7 +23,7 @@ static Name *place_of(const Lost *lost, Name name)
     }
 }
 
-static void add(Unit *unit, Name name)
+void lost_add(Unit *unit, Name name)
 {
     Lost *lost = &unit->lost;
     if (2 * lost->count >= lost->capacity) {
@@ -48,9 +48,44 @@ void lost_text(Unit *unit, Span span)
     while (p < end) {
         const char *begin = p;
         while (p < end && goes_on(*p)) p++;
-        if (p > begin && is_letter(*begin)) add(unit, name_of(&unit->names, begin, (size_t)(p - begin)));
+        if (p > begin && is_letter(*begin)) lost_add(unit, name_of(&unit->names, begin, (size_t)(p - begin)));
         if (p == begin) p++;
     }
+}
+
+void lost_line(Unit *unit, Span span)
+{
+    Lost *lost = &unit->lost;
+    const Source *source = source_of(&unit->sources, span.begin);
+    if (!source) return;
+    const char *text = source->text;
+    uint32_t begin = span.begin - source->base, end = begin;
+    if (begin > source->length) begin = end = source->length;
+    while (begin > 0 && text[begin - 1] != '\n') begin--;
+    const char *line_end = memchr(text + end, '\n', source->length - end);
+    end = line_end ? (uint32_t)(line_end - text) : source->length;
+    Span line = {source->base + begin, source->base + end + 1};
+    if (lost->line_count && lost->lines[lost->line_count - 1].begin == line.begin) return;
+    if (lost->line_count == lost->line_capacity) {
+        uint32_t capacity = lost->line_capacity ? lost->line_capacity * 2 : 16;
+        Span *lines = arena_array(&unit->arena, Span, capacity);
+        if (lost->line_count) memcpy(lines, lost->lines, lost->line_count * sizeof *lines);
+        lost->lines = lines;
+        lost->line_capacity = capacity;
+    }
+    lost->lines[lost->line_count++] = line;
+    lost_text(unit, line);
+}
+
+bool lost_report(const Unit *unit, Span span)
+{
+    const Lost *lost = &unit->lost;
+    if (span.begin >= lost->silent.begin && span.begin < lost->silent.end) return true;
+    if (!lost->read) return false;
+    for (uint32_t k = 0; k < lost->line_count; k++) {
+        if (span.begin >= lost->lines[k].begin && span.begin < lost->lines[k].end) return true;
+    }
+    return false;
 }
 
 bool lost_name(const Unit *unit, Name name)

@@ -18,12 +18,24 @@ typedef struct Lost {
     bool shape;  // brackets, strings or comments do not end where they should: only what was reported so far is sure
     bool files;  // a file that was to be included or used is not there: any name may be one of its
     Span silent; // reports that begin in here follow from one that was made, and are dropped
+    bool read;   // the parser is done: what is reported in a line of `lines` from now on follows from what was wrong with its shape
+    Span *lines; // that the parser could not make sense of
+    uint32_t line_count, line_capacity;
     Name *names; // words of texts that were skipped: an open-addressing set by pointer
     uint32_t count, capacity;
 } Lost;
 
 // A stretch of a source was skipped, with a report: the words in it may be names that it defined.
 void lost_text(struct Unit *unit, Span span);
+
+// The line of a place makes no sense as it stands: its words may be names, too, that it was to define.
+void lost_line(struct Unit *unit, Span span);
+
+// True if a report at a place would only follow from what was lost.
+bool lost_report(const struct Unit *unit, Span span);
+
+// A name was reported to mean nothing: once is enough, however often it is used.
+void lost_add(struct Unit *unit, Name name);
 
 // True if a name that means nothing here may have been defined by what was lost.
 bool lost_name(const struct Unit *unit, Name name);

@@ -134,9 +134,19 @@ static void chains_of_operators_and_dots_may_be_long(void **state)
     assert_good(made("union(sphere(1)", ", sphere(%d + 1)", MANY, ");\n"));
 }
 
-static void many_unknown_names_are_told_quickly(void **state)
+static void an_unknown_name_is_told_once(void **state)
 {
     char *text = made("", "let known%d = 1;\nlet b%d = unknown;\n", MANY / 10, "");
+    Unit unit;
+    checked(&unit, text);
+    assert_int_equal(unit.errors, 1);
+    unit_release(&unit);
+    free(text);
+}
+
+static void many_unknown_names_are_told_quickly(void **state)
+{
+    char *text = made("let known = 1;\n", "let b%d = unknown%d;\n", MANY / 10, "");
     Unit unit;
     checked(&unit, text);
     assert_int_equal(unit.errors, MANY / 10);
@@ -153,6 +163,7 @@ int main(void)
         cmocka_unit_test(definitions_may_wait_for_each_other_in_long_chains),
         cmocka_unit_test(a_long_circle_is_one_message),
         cmocka_unit_test(chains_of_operators_and_dots_may_be_long),
+        cmocka_unit_test(an_unknown_name_is_told_once),
         cmocka_unit_test(many_unknown_names_are_told_quickly),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
