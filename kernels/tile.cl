@@ -28,6 +28,7 @@ typedef struct Tile { // a FLOAT or UINT for each packet
 #endif
     __local uint *shared;
     int left, top; // pixels
+    int inside;    // 1: rays of this work-item's packets begin inside of something
 } Tile;
 
 #define FOR_EACH_BLOCK(k) for (uint k = (uint)get_local_id(0); k < BLOCKS; k += (uint)get_local_size(0))
@@ -66,12 +67,14 @@ static FLOAT pixel_v(const Buffers *b, const Tile *tile, uint packet)
     return b->frame->v0 + (LANE_Y + (top + 0.5f)) * b->frame->dv;
 }
 
-// First surface of the scene on the rays, before the bound: where the rays enter it, or leave it where they begin inside.
-INLINE FLOAT first_surface(const Ray *ray, FLOAT start, FLOAT bound, UINT *leaf)
+// First surface of the scene on the rays, before the bound: where the rays enter it, or leave it where they begin inside; some_inside is
+// set if any does.
+INLINE FLOAT first_surface(const Ray *ray, FLOAT start, FLOAT bound, UINT *leaf, int *some_inside)
 {
     FLOAT w = scene_enter(ray, start, bound, leaf);
     INT inside = (w <= start) & (w < bound);
     if (ANY(inside)) {
+        *some_inside = 1;
         UINT left;
         FLOAT out = scene_leave(ray, start, inside ? bound : (FLOAT)(-INFINITY), &left);
         w = inside ? out : w;
@@ -114,7 +117,7 @@ static void count_doubts(const Buffers *b, const Tile *tile, uint packet, INT do
 #endif
 
 // Answers 0 where the tile's list has no room.
-static int primary_hits(const Buffers *b, const Tile *tile, uint stages)
+static int primary_hits(const Buffers *b, Tile *tile, uint stages)
 {
     __global const FrameConstants *frame = b->frame;
     __global const ViewConstants *view = b->views;
@@ -144,7 +147,7 @@ static int primary_hits(const Buffers *b, const Tile *tile, uint stages)
         ray.list = list_of_packet(list, &rect, SLOT_PACKET(b->slot, frame->list_capacity), frame->list_capacity, &ray.count);
         UINT leaf = NO_LEAF;
         if (ray.count) {
-            FLOAT w = first_surface(&ray, view->start, view->limit, &leaf);
+            FLOAT w = first_surface(&ray, view->start, view->limit, &leaf, &tile->inside);
             INT hit = w < view->limit;
 #ifdef HAS_FIELD
             count_doubts(b, tile, k, doubts);
@@ -271,7 +274,10 @@ static int shadow_view(const Buffers *b, const Tile *tile, __global const LightC
 #endif
     if (list.count > capacity && !far_apart) return list_full(b->counters, list.count);
     Ray ray = ray_of(b, view);
-    ray.shadow = 1;
+    // A search that ends at whatever it meets may not notice that the light is inside too. Where the eye is outside what it meets is in the way all
+    // the same: from a light that is inside no ray reaches the outside of a surface.
+    ray.shadow = !tile->inside;
+    int light_inside;
 #ifdef HAS_FIELD
     INT doubts = 0; // a shadow is not certified
     ray.doubts = &doubts;
@@ -306,7 +312,7 @@ static int shadow_view(const Buffers *b, const Tile *tile, __global const LightC
             if (ray.count) {
                 FLOAT bound = mine ? w : -infinite;
                 UINT leaf;
-                clear = mine & !(first_surface(&ray, view->start, bound, &leaf) < bound);
+                clear = mine & !(first_surface(&ray, view->start, bound, &leaf, &light_inside) < bound);
             }
         }
         UINT set = bit, none = 0;
