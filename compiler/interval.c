@@ -64,7 +64,7 @@ static Interval multiplied(Interval a, Interval b)
 static Interval divided(Interval a, Interval b)
 {
     if (b.low == 0 && b.high == 0) {
-        Interval r = a.low > 0 || a.high < 0 ? interval_of(-INFINITY, INFINITY) : interval_empty();
+        Interval r = a.low != 0 || a.high != 0 ? interval_of(-INFINITY, INFINITY) : interval_empty();
         r.partial = true;
         return r;
     }
@@ -240,6 +240,12 @@ static double sign_of(double x)
     return (x > 0) - (x < 0);
 }
 
+// What is infinite may come to nothing: inf - inf, 0 inf, the sine of inf.
+static bool is_endless(Interval a)
+{
+    return isinf(a.low) || isinf(a.high);
+}
+
 Interval interval_op1(uint32_t op, Interval a)
 {
     Interval r = {-INFINITY, INFINITY, true};
@@ -264,13 +270,14 @@ Interval interval_op1(uint32_t op, Interval a)
     case TAPE_NOT: r = truth(has_other(a), has_zero(a)); break;
     default: break;
     }
-    r.partial |= a.partial;
+    r.partial |= a.partial || ((op == TAPE_SIN || op == TAPE_COS || op == TAPE_TAN) && is_endless(a));
     return r;
 }
 
 Interval interval_op2(uint32_t op, Interval a, Interval b)
 {
     Interval r = {-INFINITY, INFINITY, true};
+    if ((op == TAPE_AND || op == TAPE_OR) && interval_is_empty(b)) b = (Interval){0, 1, true}; // the left may decide
     if (interval_is_empty(a) || interval_is_empty(b)) return interval_empty();
     switch (op) {
     case TAPE_ADD: r = outward(a.low + b.low, a.high + b.high, 1); break;
@@ -293,7 +300,8 @@ Interval interval_op2(uint32_t op, Interval a, Interval b)
     case TAPE_OR: r = truth(has_zero(a) && has_zero(b), has_other(a) || has_other(b)); break;
     default: break;
     }
-    r.partial |= a.partial || b.partial;
+    bool arithmetic = op <= TAPE_BACK_DIV || op == TAPE_POW || op == TAPE_MOD;
+    r.partial |= a.partial || b.partial || (arithmetic && (is_endless(a) || is_endless(b)));
     return r;
 }
 

@@ -82,12 +82,16 @@ static FLOAT field_root(const Tape *tape, const FieldLine *line, FLOAT p, FLOAT 
     FLOAT largest = LARGEST;
     fp = most(fp, -largest);
     fq = least(fq, largest);
+    FLOAT before = p;
     for (int step = 0; step < 40; step++) {
         FLOAT width = q - p;
         FLOAT x = q - fq * (width / (fq - fp));
         INT inside = (x > p) & (x < q);
         x = (inside & (step % 4 != 3)) ? x : p + 0.5f * width;
-        INT open = live & (width > 2e-7f * size_of(q) + 1e-12f) & (x > p) & (x < q);
+        FLOAT tolerance = 1e-7f * size_of(q) + 1e-12f;
+        INT open = live & (width > tolerance) & (x > p) & (x < q);
+        live = live & (size_of(x - before) > tolerance);
+        before = x;
         if (!ANY(open)) break;
         FLOAT f = field_value(tape, line, x, sign, memory);
         f = most(least(f, largest), -largest);
@@ -97,7 +101,7 @@ static FLOAT field_root(const Tape *tape, const FieldLine *line, FLOAT p, FLOAT 
         q = up ? x : q;
         p = down ? x : p;
     }
-    return q;
+    return before > p ? least(before, q) : q;
 }
 
 // Where floats cannot go on: the first of a few places at which F is positive.

@@ -63,7 +63,7 @@ static FLOAT defined(FLOAT r, FLOAT a, FLOAT b)
     return ((a == a) & (b == b)) ? r : nothing;
 }
 
-static FLOAT truth(INT mask)
+INLINE FLOAT truth(INT mask)
 {
     FLOAT one = 1.0f, zero = 0.0f;
     return mask ? one : zero;
@@ -146,78 +146,77 @@ NOINLINE void tape_value(const Tape *tape, const FLOAT *point, __global FLOAT *v
 
 // --- ranges
 
-static FLOAT below(FLOAT x, float units)
+// What is infinite on the wrong side, or not a number, becomes infinite on the right one.
+INLINE FLOAT below(FLOAT x, float units)
 {
-    FLOAT largest = LARGEST, none = -INFINITY;
-    x = x > largest ? largest : x;
+    FLOAT none = -INFINITY;
     x -= size_of(x) * (units * 1.2e-7f) + 1.2e-38f;
     return x == x ? x : none;
 }
 
-static FLOAT above(FLOAT x, float units)
+INLINE FLOAT above(FLOAT x, float units)
 {
-    FLOAT largest = -LARGEST, none = INFINITY;
-    x = x < largest ? largest : x;
+    FLOAT none = INFINITY;
     x += size_of(x) * (units * 1.2e-7f) + 1.2e-38f;
     return x == x ? x : none;
 }
 
-static Range outward(FLOAT low, FLOAT high, float units)
+INLINE Range outward(FLOAT low, FLOAT high, float units)
 {
     return (Range){below(low, units), above(high, units)};
 }
 
-static Range range_everything(void)
+INLINE Range range_everything(void)
 {
     FLOAT low = -INFINITY, high = INFINITY;
     return (Range){low, high};
 }
 
-static Range range_choose(INT mask, Range a, Range b)
+INLINE Range range_choose(INT mask, Range a, Range b)
 {
     return (Range){mask ? a.low : b.low, mask ? a.high : b.high};
 }
 
-static Range range_hull(Range a, Range b)
+INLINE Range range_hull(Range a, Range b)
 {
     return (Range){least(a.low, b.low), most(a.high, b.high)};
 }
 
-static Range range_add(Range a, Range b)
+INLINE Range range_add(Range a, Range b)
 {
     return outward(a.low + b.low, a.high + b.high, 1.0f);
 }
 
-static Range range_sub(Range a, Range b)
+INLINE Range range_sub(Range a, Range b)
 {
     return outward(a.low - b.high, a.high - b.low, 1.0f);
 }
 
 // An infinite end is not reached, so 0 times it is 0.
-static FLOAT product(FLOAT a, FLOAT b)
+INLINE FLOAT product(FLOAT a, FLOAT b)
 {
     FLOAT p = a * b, zero = 0.0f;
     return p == p ? p : zero;
 }
 
-static Range range_mul(Range a, Range b)
+INLINE Range range_mul(Range a, Range b)
 {
     FLOAT p = product(a.low, b.low), q = product(a.low, b.high), r = product(a.high, b.low), s = product(a.high, b.high);
     return outward(least(least(p, q), least(r, s)), most(most(p, q), most(r, s)), 1.0f);
 }
 
-static Range range_scale(Range a, float b)
+INLINE Range range_scale(Range a, float b)
 {
     FLOAT p = product(a.low, (FLOAT)(b)), q = product(a.high, (FLOAT)(b));
     return b < 0.0f ? outward(q, p, 1.0f) : outward(p, q, 1.0f);
 }
 
-static INT has_zero(Range a)
+INLINE INT has_zero(Range a)
 {
     return (a.low <= 0.0f) & (a.high >= 0.0f);
 }
 
-static Range range_div(Range a, Range b)
+NOINLINE Range range_div(Range a, Range b)
 {
     FLOAT p = a.low / b.low, q = a.low / b.high, r = a.high / b.low, s = a.high / b.high;
     Range result = outward(least(least(p, q), least(r, s)), most(most(p, q), most(r, s)), 3.0f);
@@ -225,20 +224,20 @@ static Range range_div(Range a, Range b)
     return range_choose(bad, range_everything(), result);
 }
 
-static Range range_square(Range a)
+INLINE Range range_square(Range a)
 {
     FLOAT p = a.low * a.low, q = a.high * a.high, zero = 0.0f;
     FLOAT low = most(below(least(p, q), 1.0f), zero);
     return (Range){has_zero(a) ? zero : low, above(most(p, q), 1.0f)};
 }
 
-static Range range_abs(Range a)
+INLINE Range range_abs(Range a)
 {
     FLOAT zero = 0.0f;
     return (Range){has_zero(a) ? zero : most(a.low, -a.high), most(-a.low, a.high)};
 }
 
-static Range range_root(Range a)
+INLINE Range range_root(Range a)
 {
     FLOAT zero = 0.0f;
     Range r = outward(root(most(a.low, zero)), root(most(a.high, zero)), 4.0f);
@@ -354,6 +353,12 @@ static void doubt_unary(uint op, Range a, int lazy, Doubt *doubt)
     if (!lazy) doubt->never = doubt->never | never;
 }
 
+// What is infinite may come to nothing.
+static INT endless(Range a)
+{
+    return (a.low == -INFINITY) | (a.high == INFINITY);
+}
+
 NOINLINE void rare_range(uint op, const Range *pa, const Range *pb, int lazy, Doubt *doubt, Range *result)
 {
     Range a = *pa, b = *pb, r = range_everything();
@@ -370,8 +375,14 @@ NOINLINE void rare_range(uint op, const Range *pa, const Range *pb, int lazy, Do
         doubt_unary(op, a, lazy, doubt);
         r = range_log(a);
         break;
-    case TAPE_SIN: r = range_sin(a); break;
-    case TAPE_COS: r = range_cos(a); break;
+    case TAPE_SIN:
+        doubt->maybe = doubt->maybe | endless(a);
+        r = range_sin(a);
+        break;
+    case TAPE_COS:
+        doubt->maybe = doubt->maybe | endless(a);
+        r = range_cos(a);
+        break;
     case TAPE_TAN: {
         INT pole = has_pole(a);
         doubt->maybe = doubt->maybe | pole;
@@ -389,7 +400,7 @@ NOINLINE void rare_range(uint op, const Range *pa, const Range *pb, int lazy, Do
     case TAPE_ATAN: r = outward(each_atan(a.low), each_atan(a.high), 6.0f); break;
     case TAPE_ATAN2: r = range_atan2(a, b); break;
     case TAPE_MOD:
-        doubt->maybe = doubt->maybe | has_zero(b);
+        doubt->maybe = doubt->maybe | has_zero(b) | endless(a) | endless(b);
         r = range_mod(a, b);
         break;
     case TAPE_FLOOR: r = (Range){each_floor(a.low), each_floor(a.high)}; break;
@@ -413,7 +424,7 @@ static int takes_second(uint op)
 }
 
 // The range of an operation but SELECT. b is its second operand, or twice the literal.
-static Range step_range(TapeStep step, Range a, Range b, Doubt *doubt)
+INLINE Range step_range(TapeStep step, Range a, Range b, Doubt *doubt)
 {
     uint op = TAPE_OP(step.word);
     Range r;
@@ -516,7 +527,7 @@ NOINLINE void binary_slope(uint op, const Dual *pa, const Dual *pb, const Range 
     *result = s;
 }
 
-static Range step_slope(TapeStep step, Dual a, Dual b, Range r)
+INLINE Range step_slope(TapeStep step, Dual a, Dual b, Range r)
 {
     uint op = TAPE_OP(step.word);
     Range s;
@@ -544,7 +555,7 @@ static Range step_slope(TapeStep step, Dual a, Dual b, Range r)
     return range_mul(s, a.d);
 }
 
-static Dual dual_select(Dual c, Dual a, Dual b)
+INLINE Dual dual_select(Dual c, Dual a, Dual b)
 {
     INT zero = has_zero(c.f), other = has_other(c.f);
     INT first = !zero, second = !other;

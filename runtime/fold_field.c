@@ -153,3 +153,20 @@ void fold_field(const FieldTables *tables, const double *values, const PlanLeaf 
     record->first = tape->first;
     record->count = tape->count;
 }
+
+static double depth_of(const Projection *p, double w)
+{
+    double scale = 1 - p->kappa * w;
+    if (p->kappa == 0) return w;
+    if (w == -INFINITY) return -1 / p->kappa;
+    return scale > 0 ? w / scale : INFINITY;
+}
+
+void limit_field(const Projection *p, const Box *limit, FieldRecord *record)
+{
+    double low = depth_of(p, limit->low[2]), high = depth_of(p, limit->high[2]);
+    double margin = MARGIN * (1 + fmax(isfinite(low) ? fabs(low) : 0, isfinite(high) ? fabs(high) : 0));
+    record->s_low = fmaxf(record->s_low, (float)(low - margin));
+    record->s_high = fminf(record->s_high, (float)(high + margin));
+    if (!(record->s_low < record->s_high)) record->count = 0;
+}

@@ -38,4 +38,7 @@ void field_tables_frame(FieldTables *tables, const double *values);
 void fold_field(const FieldTables *tables, const double *values, const PlanLeaf *leaf,
                 const struct Projection *projection, FieldRecord *record, Box *box);
 
+// Narrows the depths of a record to those of a box of U, V, w outside of which the field does not matter.
+void limit_field(const struct Projection *projection, const Box *limit, FieldRecord *record);
+
 #endif

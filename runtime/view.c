@@ -325,6 +325,27 @@ static void node_box(Folding *f, const PlanComponent *component, const uint32_t 
     if (node->kind == SHAPE_INTERSECT) cut_sum(f, shape, index, component, box);
 }
 
+// Where a component's other leaves leave nothing a general field need not be looked for: endless ones have an end there.
+static void limit_fields(Folding *f, const PlanComponent *component, const uint32_t *numbers, uint32_t *at, const Box *limit)
+{
+    const PlanShape *shape = &f->layout->plan->shapes[component->shape];
+    uint32_t index = (*at)++;
+    const PlanShapeNode *node = &shape->nodes[index];
+    if (node->kind == SHAPE_FIELD) {
+        FieldRecord *record = (FieldRecord *)&f->records[numbers[node->leaf]];
+        if (record->count) limit_field(f->projection, limit, record);
+    }
+    if (node->kind != SHAPE_UNION && node->kind != SHAPE_INTERSECT) return;
+    Box inner = *limit;
+    uint32_t child = *at;
+    for (uint32_t k = 0; k < node->count && node->kind == SHAPE_INTERSECT; k++) {
+        Box box;
+        node_box(f, component, numbers, &child, &box);
+        box_cut(&inner, &box);
+    }
+    for (uint32_t k = 0; k < node->count; k++) limit_fields(f, component, numbers, at, &inner);
+}
+
 static void fold_component(Folding *f, const PlanComponent *component, bool in_union, Box *box)
 {
     const Plan *plan = f->layout->plan;
@@ -338,6 +359,8 @@ static void fold_component(Folding *f, const PlanComponent *component, bool in_u
     }
     uint32_t at = 0;
     node_box(f, component, numbers, &at, box);
+    at = 0;
+    if (f->records && shape->leaf_count > 1) limit_fields(f, component, numbers, &at, &box_all);
     if (numbers != few) free(numbers);
 
     // In a union it matters where it is not empty, in an intersection where it is not everything.
