@@ -218,6 +218,12 @@ static Interval remainder_of(Interval a, Interval b)
     return r.low <= r.high ? r : whole;
 }
 
+static double logarithm_of_sum(double a, double b)
+{
+    double most = fmax(a, b);
+    return isinf(most) ? most : most + log1p(exp(-fabs(a - b)));
+}
+
 // --- conditions
 
 static Interval truth(bool may_be_false, bool may_be_true)
@@ -288,6 +294,11 @@ Interval interval_op2(uint32_t op, Interval a, Interval b)
     case TAPE_BACK_DIV: r = divided(b, a); break;
     case TAPE_MIN: r = interval_of(fmin(a.low, b.low), fmin(a.high, b.high)); break;
     case TAPE_MAX: r = interval_of(fmax(a.low, b.low), fmax(a.high, b.high)); break;
+    case TAPE_LSE:
+        r = outward(logarithm_of_sum(a.low, b.low), logarithm_of_sum(a.high, b.high), 8);
+        r.low -= 1e-15;
+        r.high += 1e-15;
+        break;
     case TAPE_POW: r = any_power(a, b); break;
     case TAPE_ATAN2: r = angle(a, b); break;
     case TAPE_MOD: r = remainder_of(a, b); break;

@@ -115,6 +115,41 @@ static uint32_t put_select(Maker *m, IrId id)
     return put(m, TAPE_SELECT, condition, a | b << 16);
 }
 
+enum { SUMMANDS_MAX = 64 };
+
+// The exponents of a sum of exponentials; 0 where it is something else.
+static uint32_t exponents_of(const Maker *m, IrId sum, IrId exponents[SUMMANDS_MAX])
+{
+    IrId waiting[SUMMANDS_MAX] = {sum};
+    uint32_t count = 0;
+    for (uint32_t left = 1; left;) {
+        IrId id = waiting[--left];
+        IrOp op = (IrOp)ir_at(m->ir, id)->op;
+        if (is_number(m, id) || (op != OP_ADD && op != OP_EXP) || count + left + 2 > SUMMANDS_MAX) return 0;
+        if (op == OP_EXP) {
+            exponents[count++] = ir_operand(m->ir, id, 0);
+        } else {
+            waiting[left++] = ir_operand(m->ir, id, 1);
+            waiting[left++] = ir_operand(m->ir, id, 0);
+        }
+    }
+    return count > 1 ? count : 0;
+}
+
+// The logarithm of a sum of exponentials is one operation, term by term: its parts would soon be too large.
+static uint32_t put_log(Maker *m, IrId id)
+{
+    IrId exponents[SUMMANDS_MAX];
+    uint32_t count = exponents_of(m, ir_operand(m->ir, id, 0), exponents);
+    if (!count) return put_unary(m, id, TAPE_LOG);
+    uint32_t sum = value_of(m, exponents[0]);
+    for (uint32_t k = 1; k < count; k++) {
+        uint32_t next = value_of(m, exponents[k]);
+        sum = put(m, TAPE_LSE, sum, next);
+    }
+    return sum;
+}
+
 static uint32_t put_node(Maker *m, IrId id)
 {
     switch ((IrOp)ir_at(m->ir, id)->op) {
@@ -140,7 +175,7 @@ static uint32_t put_node(Maker *m, IrId id)
     case OP_SIGN: return put_unary(m, id, TAPE_SIGN);
     case OP_SQRT: return put_unary(m, id, TAPE_SQRT);
     case OP_EXP: return put_unary(m, id, TAPE_EXP);
-    case OP_LOG: return put_unary(m, id, TAPE_LOG);
+    case OP_LOG: return put_log(m, id);
     case OP_SIN: return put_unary(m, id, TAPE_SIN);
     case OP_COS: return put_unary(m, id, TAPE_COS);
     case OP_TAN: return put_unary(m, id, TAPE_TAN);
@@ -154,6 +189,40 @@ static uint32_t put_node(Maker *m, IrId id)
     case OP_SELECT: return put_select(m, id);
     default: return put(m, TAPE_NUMBER, 0, slot_of(m, id)); // known once a frame
     }
+}
+
+static bool has_operand_b(uint32_t op)
+{
+    return (op >= TAPE_ADD && op <= TAPE_MAX) || op == TAPE_POW || op == TAPE_LSE || op == TAPE_ATAN2 || op == TAPE_MOD ||
+           (op >= TAPE_LT && op <= TAPE_OR);
+}
+
+// Steps whose value nothing needs go, and the others are numbered anew.
+static void drop_unused(Maker *m, Arena *scratch)
+{
+    uint32_t count = 0, *number = arena_array(scratch, uint32_t, TAPE_POINT + m->count); // 1: needed
+    if (!m->count || m->count > TAPE_STEPS_MAX) return;
+    number[TAPE_POINT + m->count - 1] = 1;
+    for (uint32_t k = m->count; k-- > 0;) {
+        TapeStep step = m->steps[k];
+        uint32_t op = TAPE_OP(step.word);
+        if (!number[TAPE_POINT + k] || op == TAPE_NUMBER) continue;
+        number[TAPE_A(step.word)] = 1;
+        if (op == TAPE_SELECT) number[step.b & 0xffff] = number[step.b >> 16] = 1;
+        if (has_operand_b(op) && !(step.word & TAPE_LITERAL)) number[step.b] = 1;
+    }
+    for (uint32_t k = 0; k < TAPE_POINT; k++) number[k] = k;
+    for (uint32_t k = 0; k < m->count; k++) {
+        TapeStep step = m->steps[k];
+        uint32_t op = TAPE_OP(step.word);
+        if (!number[TAPE_POINT + k]) continue;
+        if (op != TAPE_NUMBER) step.word = (step.word & 255u) | number[TAPE_A(step.word)] << 8;
+        if (op == TAPE_SELECT) step.b = number[step.b & 0xffff] | number[step.b >> 16] << 16;
+        if (has_operand_b(op) && !(step.word & TAPE_LITERAL)) step.b = number[step.b];
+        m->steps[count] = step;
+        number[TAPE_POINT + k] = TAPE_POINT + count++;
+    }
+    m->count = count;
 }
 
 bool tape_new(Arena *arena, const Ir *ir, IrId expression, const TapeSlots *slots, TapeStep **steps, uint32_t *count)
@@ -173,16 +242,11 @@ bool tape_new(Arena *arena, const Ir *ir, IrId expression, const TapeSlots *slot
     m.lazy = 0;
     if (m.count <= TAPE_STEPS_MAX && last + 1 != TAPE_POINT + m.count) put(&m, TAPE_MIN, last, last);
     if (!m.count) put(&m, TAPE_MIN, last, last);
+    drop_unused(&m, &scratch);
     arena_release(&scratch);
     *steps = m.steps;
     *count = m.count;
     return m.count <= TAPE_STEPS_MAX;
-}
-
-static bool has_operand_b(uint32_t op)
-{
-    return (op >= TAPE_ADD && op <= TAPE_MAX) || op == TAPE_POW || op == TAPE_ATAN2 || op == TAPE_MOD ||
-           (op >= TAPE_LT && op <= TAPE_OR);
 }
 
 bool tape_check(const TapeStep *steps, uint32_t count, Slot slot_count)
@@ -312,6 +376,10 @@ static Point binary_at(uint32_t op, Point a, Point b)
     case TAPE_MIN: return f <= g ? a : b;
     case TAPE_MAX: return f >= g ? a : b;
     case TAPE_POW: return chain2(pow(f, g), a, g * pow(f, g - 1), b, f > 0 ? pow(f, g) * log(f) : 0);
+    case TAPE_LSE: {
+        double most = fmax(f, g), r = isinf(most) ? most : most + log1p(exp(-fabs(f - g)));
+        return chain2(r, a, exp(f - r), b, exp(g - r));
+    }
     case TAPE_ATAN2: return chain2(atan2(f, g), a, g / (f * f + g * g), b, -f / (f * f + g * g));
     case TAPE_MOD: return chain2(g == 0 ? NAN : f - g * floor(f / g), a, 1, b, -floor(f / g));
     case TAPE_LT: return flat(truth(f < g));

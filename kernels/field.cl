@@ -349,6 +349,8 @@ NOINLINE void tape_boxes(const Tape *tape, const Range *box, __global FLOAT *mem
             if (!(step.word & TAPE_LITERAL) && takes_second(op)) b = v[step.b];
             r = step_range(step, a, b, doubt);
             if (op == TAPE_MIN) choices[k] = (Choices){lanes_bits(a.high < b.low), lanes_bits(b.high < a.low)};
+            // What is 20 below is less than what floats can tell.
+            if (op == TAPE_LSE) choices[k] = (Choices){lanes_bits(a.low > b.high + 20.0f), lanes_bits(b.low > a.high + 20.0f)};
             if (op == TAPE_MAX) choices[k] = (Choices){lanes_bits(a.low > b.high), lanes_bits(b.low > a.high)};
         }
         v[TAPE_POINT + k] = r;
@@ -358,7 +360,7 @@ NOINLINE void tape_boxes(const Tape *tape, const Range *box, __global FLOAT *mem
 
 static int is_choice(uint op)
 {
-    return op == TAPE_MIN || op == TAPE_MAX || op == TAPE_SELECT;
+    return op == TAPE_MIN || op == TAPE_MAX || op == TAPE_LSE || op == TAPE_SELECT;
 }
 
 // The tape without what cannot decide in a lane; the same tape where too little would be gone, or there is no room.

@@ -74,6 +74,7 @@ NOINLINE void rare_value(uint op, const FLOAT *pa, const FLOAT *pb, FLOAT *resul
     FLOAT a = *pa, b = *pb, r = NAN;
     switch (op) {
     case TAPE_POW: r = each_exp(b * each_log(a)); break;
+    case TAPE_LSE: r = defined(most(a, b) + each_log(1.0f + each_exp(-size_of(a - b))), a, b); break;
     case TAPE_EXP: r = each_exp(a); break;
     case TAPE_LOG: r = each_log(a); break;
     case TAPE_SIN: r = each_sin(a); break;
@@ -135,7 +136,7 @@ NOINLINE void tape_value(const Tape *tape, const FLOAT *point, __global FLOAT *v
             break;
         }
         default:
-            if (!(step.word & TAPE_LITERAL) && (op == TAPE_POW || op == TAPE_ATAN2 || op == TAPE_MOD || (op >= TAPE_LT && op <= TAPE_OR))) b = v[step.b];
+            if (!(step.word & TAPE_LITERAL) && (op == TAPE_POW || op == TAPE_ATAN2 || op == TAPE_MOD || op == TAPE_LSE || (op >= TAPE_LT && op <= TAPE_OR))) b = v[step.b];
             rare_value(op, &a, &b, &r);
             break;
         }
@@ -370,6 +371,12 @@ NOINLINE void rare_range(uint op, const Range *pa, const Range *pb, int lazy, Do
         r = range_exp(range_mul(b, range_log(a)));
         r = range_choose((a.low <= 0.0f) & (b.low <= 0.0f), range_everything(), r);
         break;
+    case TAPE_LSE: { // it rises with both; exp and log are wrong by less than 6e-7 together
+        FLOAT low = most(a.low, b.low) + each_log(1.0f + each_exp(-size_of(a.low - b.low)));
+        FLOAT high = most(a.high, b.high) + each_log(1.0f + each_exp(-size_of(a.high - b.high)));
+        r = outward(low - 6e-7f, high + 6e-7f, 2.0f);
+        break;
+    }
     case TAPE_EXP: r = range_exp(a); break;
     case TAPE_LOG:
         doubt_unary(op, a, lazy, doubt);
@@ -420,7 +427,7 @@ NOINLINE void rare_range(uint op, const Range *pa, const Range *pb, int lazy, Do
 
 static int takes_second(uint op)
 {
-    return (op >= TAPE_ADD && op <= TAPE_MAX) || op == TAPE_POW || op == TAPE_ATAN2 || op == TAPE_MOD || (op >= TAPE_LT && op <= TAPE_OR);
+    return (op >= TAPE_ADD && op <= TAPE_MAX) || op == TAPE_POW || op == TAPE_ATAN2 || op == TAPE_MOD || op == TAPE_LSE || (op >= TAPE_LT && op <= TAPE_OR);
 }
 
 // The range of an operation but SELECT. b is its second operand, or twice the literal.
@@ -508,6 +515,7 @@ NOINLINE void binary_slope(uint op, const Dual *pa, const Dual *pb, const Range 
         s = range_mul(r, range_add(range_mul(b.d, range_log(a.f)), range_mul(b.f, range_div(a.d, a.f))));
         s = range_choose(a.f.low > 0.0f, s, range_everything());
         break;
+    case TAPE_LSE: s = range_hull(a.d, b.d); break; // weights that are 1 together
     case TAPE_ATAN2: {
         Range turn = range_sub(range_mul(b.f, a.d), range_mul(a.f, b.d));
         s = range_div(turn, range_add(range_square(a.f), range_square(b.f)));
@@ -627,6 +635,10 @@ NOINLINE void rare_slope(uint op, int power, const FLOAT *pa, const FLOAT *pb, c
         t = -a / square;
         break;
     }
+    case TAPE_LSE:
+        s = each_exp(a - r);
+        t = each_exp(b - r);
+        break;
     case TAPE_MOD:
         s = 1.0f;
         t = -each_floor(a / b);

@@ -44,7 +44,8 @@
 #define TAPE_OR 33u
 #define TAPE_NOT 34u
 #define TAPE_SELECT 35u // a ? b & 0xffff : b >> 16
-#define TAPE_OPS 36u
+#define TAPE_LSE 36u // log(exp a + exp b), which is never too large: smooth unions are made of it
+#define TAPE_OPS 37u
 
 #define TAPE_OP(word) ((word) & 63u)
 #define TAPE_LAZY 64u     // something undefined here may not matter: a branch that is perhaps not chosen
