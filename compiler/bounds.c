@@ -435,17 +435,14 @@ static const Bounds *added_by(Scene *s, uint32_t begin, uint32_t count)
     return &s->added;
 }
 
-// The box around a box of the field's own coordinates, seen in the world.
-static Bounds moved_bounds(const Bounds *local, const double inverse[12])
+// The box around a box of a frame's coordinates, seen in the world.
+static Bounds framed(const double frame[12], const double low[3], const double high[3])
 {
     Bounds box = nothing();
-    double m[12];
-    if (bounds_empty(local)) return box;
-    if (!bounds_finite(local) || !matrix_inverse(inverse, m)) return everything();
     for (int corner = 0; corner < 8; corner++) {
         double p[3];
-        for (int k = 0; k < 3; k++) p[k] = corner >> k & 1 ? local->high[k] : local->low[k];
-        matrix_point(m, p, p);
+        for (int k = 0; k < 3; k++) p[k] = corner >> k & 1 ? high[k] : low[k];
+        matrix_point(frame, p, p);
         for (int k = 0; k < 3; k++) {
             box.low[k] = fmin(box.low[k], -up(-p[k], 0));
             box.high[k] = fmax(box.high[k], up(p[k], 0));
@@ -457,8 +454,31 @@ static Bounds moved_bounds(const Bounds *local, const double inverse[12])
 static Bounds field_bounds(const Scene *s, const PlanLeaf *leaf)
 {
     Bounds local;
+    double m[12];
     tape_bounds(s->plan, &s->plan->tapes[leaf->begin], s->values, local.low, local.high);
-    return moved_bounds(&local, s->values + leaf->quadric);
+    if (bounds_empty(&local)) return nothing();
+    if (!bounds_finite(&local) || !matrix_inverse(s->values + leaf->quadric, m)) return everything();
+    return framed(m, local.low, local.high);
+}
+
+// Where patches lift a free form whose box without them is `box`.
+static void lifted(Scene *s, const PlanLeaf *leaf, Bounds *box)
+{
+    for (uint32_t k = leaf->lifts; k < leaf->lifts + leaf->lift_count; k++) {
+        const PlanLift *lift = &s->plan->lifts[k];
+        const double *patch = s->values + s->plan->patches[lift->patch].box;
+        double low = s->values[lift->low], high = s->values[lift->high];
+        bool automatic = high < low; // what lies beside the footprint is cut off by others
+        if (automatic) {
+            low = fmin(fmin(low, 0), patch[2]);
+            high = fmax(0, patch[5]);
+        }
+        Bounds whole = framed(s->values + lift->frame, (const double[3]){0, 0, low}, (const double[3]){1, 1, high});
+        if (automatic)
+            *box = whole;
+        else
+            hull(box, &whole);
+    }
 }
 
 static Bounds leaf_bounds(Scene *s, const PlanLeaf *leaf)
@@ -466,9 +486,14 @@ static Bounds leaf_bounds(Scene *s, const PlanLeaf *leaf)
     if (leaf->kind == LEAF_GROUP) return group_bounds(s, leaf->begin);
     if (leaf->shown != NO_SLOT && s->values[leaf->shown] == 0) return nothing();
     if (leaf->kind == LEAF_FIELD) return field_bounds(s, leaf);
+    if (leaf->kind == LEAF_SHEET) {
+        const double *patch = s->values + s->plan->patches[leaf->begin].box;
+        return framed(s->values + leaf->quadric, patch, patch + 3);
+    }
     Bounds box = bounds_of_quadric(s->values + leaf->quadric);
     if (leaf->kind != LEAF_FREEFORM) return box;
     hull(&box, added_by(s, leaf->begin, leaf->count));
+    lifted(s, leaf, &box);
     return box;
 }
 

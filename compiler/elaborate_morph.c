@@ -13,6 +13,7 @@ enum { MORPH_LEAVES_MAX = 100000, MORPH_DEPTH_MAX = 1000 };
 struct MorphSize { // of a node of the IR, as what is morphed
     double leaves;
     uint32_t depth; // of set operations
+    bool patched;   // it has sheets, or is displaced
 };
 
 static MorphSize size_of(const Eval *e, IrId id)
@@ -20,17 +21,20 @@ static MorphSize size_of(const Eval *e, IrId id)
     const IrNode *node = ir_at(e->ir, id);
     const MorphSize *sizes = e->morph_sizes;
     if (node->type != IR_FIELD) return (MorphSize){0};
-    if (node->op == OP_QUADRIC || node->op == OP_EMPTY) return (MorphSize){1, 0};
+    if (node->op == OP_QUADRIC || node->op == OP_EMPTY) return (MorphSize){1, 0, false};
+    if (node->op == OP_SHEET) return (MorphSize){1, 0, true};
     MorphSize first = sizes[ir_operand(e->ir, id, 0)];
+    for (uint32_t k = 1; k < node->count; k++) first.patched |= ir_at(e->ir, ir_operand(e->ir, id, k))->op == OP_LIFT;
     if (node->op == OP_MORPH) {
         MorphSize second = sizes[ir_operand(e->ir, id, 1)];
-        return (MorphSize){first.leaves * second.leaves, first.depth + second.depth};
+        return (MorphSize){first.leaves * second.leaves, first.depth + second.depth, first.patched || second.patched};
     }
     if (node->op != OP_UNION && node->op != OP_INTERSECT) return first; // a map or a mark of one
     MorphSize size = {0};
     for (uint32_t k = 0; k < node->count; k++) {
         MorphSize one = sizes[ir_operand(e->ir, id, k)];
         size.leaves += one.leaves;
+        size.patched |= one.patched;
         if (one.depth >= size.depth) size.depth = one.depth + 1;
     }
     return size;
@@ -57,6 +61,11 @@ static bool can_be_morphed(Eval *e, const Node *at, IrId a, IrId b)
         complain(e, at, DIAG_NOT_YET,
                  "a morph of general fields is not there yet in this version of scn: morph quadrics, free forms and "
                  "sets of them");
+        return false;
+    }
+    if (morph_size(e, a).patched || morph_size(e, b).patched) {
+        complain(e, at, DIAG_NOT_YET,
+                 "a morph of sheets and of what patches displace is not there yet in this version of scn");
         return false;
     }
     MorphSize one = morph_size(e, a), other = morph_size(e, b);

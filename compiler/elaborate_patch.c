@@ -316,6 +316,96 @@ bool patch_takes_points(uint16_t builtin, uint32_t argument)
     return (builtin == BUILTIN_EDGE_U || builtin == BUILTIN_EDGE_V) && argument > 0;
 }
 
+// --- what patches make of objects
+
+// The frame of a footprint: u and v along the axes, then their normal at length 1.
+static bool footprint(Eval *e, const Node *node, const Call *call, const Value *args, IrId *matrix)
+{
+    enum { CORNER = 2, U, V };
+    const Scalar *corner = args[CORNER].vector, *u = args[U].vector, *v = args[V].vector;
+    Scalar n[3], square = scalar_of(0);
+    for (int k = 0; k < 3; k++) {
+        int a = (k + 1) % 3, b = (k + 2) % 3;
+        Scalar left = scalar_op2(e, OP_MUL, node, u[a], v[b]), right = scalar_op2(e, OP_MUL, node, u[b], v[a]);
+        n[k] = scalar_op2(e, OP_SUB, node, left, right);
+        square = scalar_op2(e, OP_ADD, node, square, scalar_op2(e, OP_MUL, node, n[k], n[k]));
+    }
+    if (!square.id && !(square.number > 0)) {
+        complain(e, bound_node(call, V, node), DIAG_OUT_OF_RANGE,
+                 "u and v of a footprint are two sides of a parallelogram, and these lie on one line");
+        return false;
+    }
+    Scalar length = scalar_op1(e, OP_SQRT, node, square);
+    IrId ids[12];
+    for (int k = 0; k < 3; k++) {
+        ids[4 * k] = scalar_id(e, u[k]);
+        ids[4 * k + 1] = scalar_id(e, v[k]);
+        ids[4 * k + 2] = scalar_id(e, scalar_op2(e, OP_DIV, node, n[k], length));
+        ids[4 * k + 3] = scalar_id(e, corner[k]);
+    }
+    *matrix = ir_node(e->ir, OP_MATRIX, span_of(e, node), ids, 12);
+    return true;
+}
+
+static IrId deformed(Eval *e, const Node *node, IrId object, IrId lift)
+{
+    IrClass class = (IrClass)ir_at(e->ir, object)->class;
+    IrOp op = class == CLASS_QUADRIC || class == CLASS_FREEFORM ? OP_FREEFORM : OP_DEFORM;
+    return ir_op2(e->ir, op, span_of(e, node), object, lift);
+}
+
+static Value eval_displace(Eval *e, const Node *node, const Call *call, const Value *args)
+{
+    enum { OF, BY, CAPS = 5 };
+    const Scalar *caps = args[CAPS].vector;
+    IrId matrix;
+    if (ir_at(e->ir, args[OF].id)->class == CLASS_GENERAL) {
+        complain(e, bound_node(call, OF, node), DIAG_NOT_YET,
+                 "to displace a general field is not there yet in this version of scn: displace quadrics, free forms "
+                 "and sets of them");
+        return value_bad();
+    }
+    if (!footprint(e, node, call, args, &matrix)) return value_bad();
+    if (!caps[0].id && !caps[1].id && caps[0].number >= caps[1].number) {
+        complain(e, bound_node(call, CAPS, node), DIAG_OUT_OF_RANGE,
+                 "caps go up: from below the surface to above it, along the normal of the footprint");
+        return value_bad();
+    }
+    IrId low = scalar_id(e, caps[0]), high = scalar_id(e, caps[1]);
+    IrId axis[4] = {args[OF].id, matrix, low, high};
+    IrId steepness = ir_node(e->ir, OP_STEEPNESS, span_of(e, node), axis, 4);
+    if (ir_bad_fold(e->ir, steepness)) {
+        complain(e, bound_node(call, CAPS, node), DIAG_OUT_OF_RANGE,
+                 "the middle of the footprint is not above the object: between the caps its normal meets no surface");
+        return value_bad();
+    }
+    IrId ids[5] = {sheet_patch(e->ir, args[BY].id), steepness, matrix, low, high};
+    IrId lift = ir_node(e->ir, OP_LIFT, span_of(e, node), ids, 5);
+    return value_node(TYPE_OBJECT, deformed(e, node, args[OF].id, lift));
+}
+
+// min(z(x, y) - z, z - floor) over the unit square: a lifted half-space, cut by quadrics.
+static Value eval_solid(Eval *e, const Node *node, const Value *args)
+{
+    static const double below[10] = {[8] = -1}, across_x[10] = {[0] = -1, [6] = 1}, across_y[10] = {[1] = -1, [7] = 1};
+    static const double identity[12] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
+    Span span = span_of(e, node);
+    IrId parts[4], ids[10];
+    const double *const quadrics[3] = {below, across_x, across_y};
+    for (int q = 0; q < 3; q++) {
+        for (int k = 0; k < 10; k++) ids[k] = ir_const(e->ir, quadrics[q][k]);
+        parts[q] = ir_node(e->ir, OP_QUADRIC, span, ids, 10);
+    }
+    for (int k = 0; k < 10; k++) ids[k] = ir_const(e->ir, k == 8);
+    ids[9] = scalar_id(e, scalar_op1(e, OP_NEG, node, args[1].scalar));
+    parts[3] = ir_node(e->ir, OP_QUADRIC, span, ids, 10);
+    IrId one = ir_const(e->ir, 1), floor = scalar_id(e, args[1].scalar);
+    IrId below_floor = scalar_id(e, scalar_op2(e, OP_SUB, node, args[1].scalar, scalar_of(1)));
+    IrId lift[5] = {sheet_patch(e->ir, args[0].id), one, ir_matrix(e->ir, span, identity), floor, below_floor};
+    parts[0] = deformed(e, node, parts[0], ir_node(e->ir, OP_LIFT, span, lift, 5));
+    return value_node(TYPE_OBJECT, ir_node(e->ir, OP_INTERSECT, span, parts, 4));
+}
+
 Value eval_patch_thing(Eval *e, const Node *node, const Call *call, const Value *args)
 {
     switch (call->callee->id) {
@@ -324,6 +414,8 @@ Value eval_patch_thing(Eval *e, const Node *node, const Call *call, const Value 
     case BUILTIN_EDGE_V: return eval_edge(e, node, call, args);
     case BUILTIN_PIN: return eval_pin(e, node, call, args);
     case BUILTIN_PRESS: return eval_press(e, node, call, args);
+    case BUILTIN_DISPLACE: return eval_displace(e, node, call, args);
+    case BUILTIN_SOLID: return eval_solid(e, node, args);
     default:
         assert(call->callee->id == BUILTIN_CONTACT && "the things of patches are these");
         return eval_contact(e, node, call, args);
@@ -331,14 +423,6 @@ Value eval_patch_thing(Eval *e, const Node *node, const Call *call, const Value 
 }
 
 // --- the patches of the scene
-
-static void report_sheets(Eval *e, const bool *reached)
-{
-    for (IrId id = 1; id < e->ir->count; id++)
-        if (reached[id] && ir_at(e->ir, id)->op == OP_SHEET)
-            diag(e->unit, ir_at(e->ir, id)->span, DIAG_NOT_YET,
-                 "to show a patch is not there yet in this version of scn: scn patch prints its values");
-}
 
 static void add_patch(Ir *ir, IrId id)
 {
@@ -371,7 +455,6 @@ void collect_patches(Eval *e)
         for (uint32_t k = 0; k < ir_at(ir, id)->count; k++) reached[ir_operand(ir, id, k)] = true;
     }
     report_stray(e, reached);
-    report_sheets(e, reached);
     bool *within = arena_array(&e->scratch, bool, ir->count);
     for (IrId id = 1; id < ir->count; id++)
         if (ir_at(ir, id)->op == OP_DRIVEN) within[ir_operand(ir, id, 0)] = true;

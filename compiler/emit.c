@@ -54,7 +54,7 @@ static bool is_leaf(const PlanShapeNode *node)
 static bool has_contents(const PlanShape *shape)
 {
     for (uint32_t k = 0; k < shape->node_count; k++)
-        if (shape->nodes[k].kind == SHAPE_FREEFORM || shape->nodes[k].kind == SHAPE_GROUP) return true;
+        if (shape->nodes[k].kind > SHAPE_QUADRIC) return true;
     return false;
 }
 
@@ -74,6 +74,8 @@ static void describe(Emitter *e)
     case SHAPE_QUADRIC: fputs("quadric", e->out); return;
     case SHAPE_FREEFORM: fputs("free form", e->out); return;
     case SHAPE_FIELD: fputs("field", e->out); return;
+    case SHAPE_LIFTED: fputs("lifted free form", e->out); return;
+    case SHAPE_SHEET: fputs("sheet", e->out); return;
     case SHAPE_GROUP: fprintf(e->out, "group %u", node->count); return;
     case SHAPE_UNION: fputs("union(", e->out); break;
     case SHAPE_INTERSECT: fputs("intersect(", e->out); break;
@@ -133,6 +135,12 @@ static uint32_t emit_advance(Emitter *e, const char *from)
     case SHAPE_FIELD:
         line(e, "FLOAT t%u = field_advance(ray, leaf%u, &stretch%u, %s, bound, %s);", result, n, n, from, sign);
         return result;
+    case SHAPE_LIFTED:
+        line(e, "FLOAT t%u = lifted_advance(ray, leaf%u, begin%u, stop%u, &stretch%u, %s, bound, %s);", result, n, n, n, n, from, sign);
+        return result;
+    case SHAPE_SHEET:
+        line(e, "FLOAT t%u = sheet_%s(ray, leaf%u, begin%u, stop%u, &stretch%u, %s, bound);", result, direction(e), n, n, n, n, from);
+        return result;
     case SHAPE_GROUP:
         line(e, "FLOAT t%u = group_%u_%s_advance(ray, begin%u, stop%u, &stretch%u, &decided%u, %s, bound);", result, node->count,
              direction(e), n, n, n, n, from);
@@ -175,7 +183,7 @@ static void emit_decided(Emitter *e, const char *t)
         if (node->kind == SHAPE_QUADRIC)
             line(e, "rank = %s == quadric_%s(roots%u, flags%u) ? (UINT)(ray->nodes[leaf%u].rank) : rank;", t,
                  e->leave ? "exit" : "entry", n, n, n);
-        else if (node->kind == SHAPE_FREEFORM || node->kind == SHAPE_FIELD)
+        else if (node->kind != SHAPE_GROUP)
             line(e, "rank = %s == stretch%u.begin ? (UINT)(ray->nodes[leaf%u].rank) : rank;", t, n, n);
         else line(e, "rank = %s == stretch%u.begin ? decided%u : rank;", t, n, n);
     }
@@ -258,6 +266,10 @@ static void emit_shape_function(Emitter *e, uint32_t index, bool leave)
             line(e, "return quadric_%s(record_roots(ray->records + id, ray->u, ray->v), ray->records[id].flags, t);", direction(e));
         else if (root->kind == SHAPE_FIELD)
             line(e, "return field_next(ray, id, t, bound, %s, t != t, ray->shadow);", leave ? "-1.0f" : "1.0f");
+        else if (root->kind == SHAPE_LIFTED)
+            line(e, leave ? "return lifted_next(ray, id, begin, stop, t, bound, -1.0f, t != t);" : "return lifted_first(ray, id, begin, stop, t, bound);");
+        else if (root->kind == SHAPE_SHEET)
+            line(e, leave ? "return t;" : "return sheet_next(ray, begin, stop, t, bound);");
         else if (leave) line(e, "return freeform_next(ray, id, begin, stop, t, bound, -1.0f, t != t);");
         else line(e, "return freeform_first(ray, id, begin, stop, t, bound);");
     } else if (is_flat_march(e)) {
@@ -452,13 +464,16 @@ const char *emit_kernel(Arena *arena, const Plan *plan, size_t *length)
     size_t size = 0;
     Emitter e = {.out = open_memstream(&text, &size), .plan = plan};
     if (!e.out) abort();
-    bool freeform = plan_has(plan, SHAPE_FREEFORM);
+    bool lifted = plan_has(plan, SHAPE_LIFTED), sheet = plan_has(plan, SHAPE_SHEET);
+    bool freeform = lifted || plan_has(plan, SHAPE_FREEFORM);
     bool field = plan_has(plan, SHAPE_FIELD), shininess = false;
     for (uint32_t k = 0; k < plan->material_count; k++) shininess |= plan->materials[k].integer_shininess >= 0;
 
     fputs("// Made by scn from the structure of a scene.\n", e.out);
     if (freeform) fputs("#define HAS_FREEFORM\n", e.out);
     if (field) fputs("#define HAS_FIELD\n", e.out);
+    if (lifted) fputs("#define HAS_LIFTED\n", e.out);
+    if (sheet) fputs("#define HAS_SHEET\n", e.out);
     if (shininess) fputs("#define INTEGER_SHININESS\n", e.out);
     emit_file(&e, "shared.h");
     if (field) emit_file(&e, "tape_shared.h");
@@ -473,6 +488,8 @@ const char *emit_kernel(Arena *arena, const Plan *plan, size_t *length)
         emit_file(&e, "tape.cl");
         emit_file(&e, "field.cl");
     }
+    if (lifted) emit_file(&e, "lifted.cl");
+    if (sheet) emit_file(&e, "sheet.cl");
     emit_structure(&e);
     if (!field) emit_file(&e, "cull.cl");
     emit_file(&e, "shade.cl");

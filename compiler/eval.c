@@ -100,6 +100,7 @@ const char *eval_complaint(IrOp op, const double *args)
     case OP_PLACE: return "tool-misses: there is no surface along the gradient";
     case OP_SURFACE: return "tool-misses: the ray meets no surface in this frame";
     case OP_STAND: return "the tool has no place: its normal is zero";
+    case OP_STEEPNESS: return "the axis of the footprint does not meet the surface between the caps";
     case OP_HEIGHT: return "the perturbation does not reach the point at its height";
     case OP_INVERSE:
     case OP_TRANSFORM:

@@ -103,7 +103,10 @@ static void perturbation(Builder *b, IrId id)
 
 static void perturbed(Builder *b, IrId id)
 {
-    for (uint32_t k = ir_at(b->ir, id)->count; k-- > 1;) push_field(b, ir_operand(b->ir, id, k));
+    for (uint32_t k = ir_at(b->ir, id)->count; k-- > 1;) {
+        IrId operand = ir_operand(b->ir, id, k);
+        if (ir_at(b->ir, operand)->op != OP_LIFT) push_field(b, operand); // patches are not solved where fields are
+    }
     push_field(b, ir_operand(b->ir, id, 0));
 }
 
@@ -122,6 +125,7 @@ static void node(Builder *b, IrId id)
     const FieldSlots *slots = b->slots;
     switch ((IrOp)ir_at(b->ir, id)->op) {
     case OP_QUADRIC: emit(b, (uint32_t[]){FIELD_QUADRIC, slots->quadric(slots->context, id)}, 2); return;
+    case OP_SHEET: // no point is inside of a sheet, and its surface has no sign to be found by
     case OP_EMPTY: emit(b, (uint32_t[]){FIELD_EMPTY}, 1); return;
     case OP_UNION: folded(b, id, FIELD_MAX); return;
     case OP_INTERSECT: folded(b, id, FIELD_MIN); return;
@@ -399,6 +403,34 @@ double field_value(FieldCode code, const double *values, const double point[3])
     return isinf(f) ? copysign(1e300, f) : f;
 }
 
+static FieldValue axis_value(FieldCode code, const double *values, const double frame[12], double height)
+{
+    double at[3];
+    matrix_point(frame, (const double[3]){0.5, 0.5, height}, at);
+    return field_at(code, values, at);
+}
+
+double field_steepness(FieldCode code, const double *values, const double frame[12], double low, double high)
+{
+    enum { STEPS = 1000, HALVINGS = 60 };
+    bool inside = axis_value(code, values, frame, high).f >= 0;
+    for (int k = 1; k <= STEPS; k++) {
+        double at = high + (low - high) * k / STEPS;
+        if ((axis_value(code, values, frame, at).f >= 0) == inside) continue;
+        double above = high + (low - high) * (k - 1) / STEPS, below = at;
+        for (int step = 0; step < HALVINGS; step++) {
+            double middle = 0.5 * (above + below);
+            if ((axis_value(code, values, frame, middle).f >= 0) == inside)
+                above = middle;
+            else
+                below = middle;
+        }
+        FieldValue hit = axis_value(code, values, frame, below);
+        return hypot(hypot(hit.gradient[0], hit.gradient[1]), hit.gradient[2]);
+    }
+    return NAN;
+}
+
 // --- folding
 
 typedef struct Constants {
@@ -515,4 +547,16 @@ bool field_fold_at(const Ir *ir, const IrId operands[4], double *f)
     if (ok) *f = field_value(field, c.values, point);
     arena_release(&c.arena);
     return ok && isfinite(*f);
+}
+
+bool field_fold_steepness(const Ir *ir, const IrId operands[4], double *steepness)
+{
+    Constants c = {0};
+    FieldCode field;
+    double frame[12], caps[2];
+    numbers(ir, operands + 2, 2, caps);
+    bool ok = ir_const_matrix(ir, operands[1], frame) && constants_code(&c, ir, operands[0], &field);
+    if (ok) *steepness = field_steepness(field, c.values, frame, caps[0], caps[1]);
+    arena_release(&c.arena);
+    return ok && isfinite(*steepness);
 }

@@ -79,11 +79,15 @@ double field_height(FieldCode field, FieldCode support, const double *values, co
 
 // OP_AT: F at a point, +-1e300 where it is infinite, and not finite where the point is not.
 double field_value(FieldCode code, const double *values, const double point[3]);
+// OP_STEEPNESS: |gradient F| where the axis x = y = 1/2 of the frame meets the surface, from `high` down to `low`: the first
+// of a thousand steps over which F changes its sign. NaN where there is none.
+double field_steepness(FieldCode code, const double *values, const double frame[12], double low, double high);
 
 // The same for nodes whose operands are all const. False if they have no finite value.
 bool field_fold_place(const Ir *ir, const IrId operands[5], double result[12]);
 bool field_fold_surface(const Ir *ir, const IrId operands[7], double result[12]); // compiler/ray.h
 bool field_fold_height(const Ir *ir, const IrId operands[6], double *strength);
 bool field_fold_at(const Ir *ir, const IrId operands[4], double *f);
+bool field_fold_steepness(const Ir *ir, const IrId operands[4], double *steepness);
 
 #endif

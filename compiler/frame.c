@@ -67,7 +67,11 @@ static bool blame(Run *run, Span span, Slot slot)
             for (uint32_t k = 0; k < step->count && k < 3 && step->kind == STEP_SCALAR; k++) {
                 args[k] = run->values[plan->operands[step->first + k]];
             }
-            return fail(run, span, eval_complaint(step->kind == STEP_HEIGHT ? OP_HEIGHT : (IrOp)step->op, args));
+            return fail(run, span,
+                        eval_complaint(step->kind == STEP_HEIGHT      ? OP_HEIGHT
+                                       : step->kind == STEP_STEEPNESS ? OP_STEEPNESS
+                                                                      : (IrOp)step->op,
+                                       args));
         }
         slot = plan->operands[step->first + guilty];
     }
@@ -168,6 +172,17 @@ static void value_at(Run *run, const PlanStep *step)
     run->values[step->result] = all_finite(point, 3) ? field_value(field, run->values, point) : NAN;
 }
 
+static void steepness(Run *run, const PlanStep *step)
+{
+    const uint32_t *operands = run->plan->operands;
+    uint32_t next = step->first;
+    FieldCode code = field_program(run->plan, &next);
+    const double *m = run->values + operands[next];
+    double low = run->values[operands[next + 1]], high = run->values[operands[next + 2]];
+    bool known = isfinite(low) && isfinite(high);
+    run->values[step->result] = known ? field_steepness(code, run->values, m, low, high) : NAN;
+}
+
 static bool check_assert(Run *run, const PlanStep *step)
 {
     Slot slot = run->plan->operands[step->first];
@@ -191,6 +206,7 @@ static bool run_step(Run *run, const PlanStep *step)
     case STEP_PLACE: return place(run, step);
     case STEP_HEIGHT: height(run, step); return true;
     case STEP_AT: value_at(run, step); return true;
+    case STEP_STEEPNESS: steepness(run, step); return true;
     case STEP_ASSERT: return check_assert(run, step);
     }
     return false;
@@ -299,6 +315,9 @@ static bool step_fits(const Plan *plan, const PlanStep *step)
         return program_fits(plan, step, &next) && program_fits(plan, step, &next) &&
                operands_fit(plan, step, next, 1, 12) && scalars_fit(plan, step, next + 1, 3);
     case STEP_AT: return program_fits(plan, step, &next) && scalars_fit(plan, step, next, 3);
+    case STEP_STEEPNESS:
+        return program_fits(plan, step, &next) && operands_fit(plan, step, next, 1, 12) &&
+               scalars_fit(plan, step, next + 1, 2);
     case STEP_ASSERT: return step->text && scalars_fit(plan, step, 0, 1);
     default: return false;
     }

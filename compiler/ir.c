@@ -376,6 +376,11 @@ static IrId fold_scalar(Ir *ir, IrOp op, Span span, const IrId *operands, uint32
         double f;
         return all_folded(ir, operands, count) && field_fold_at(ir, operands, &f) ? ir_const(ir, f) : 0;
     }
+    if (op == OP_STEEPNESS) {
+        double steepness;
+        bool known = all_folded(ir, operands, count) && field_fold_steepness(ir, operands, &steepness);
+        return known ? ir_const(ir, steepness) : 0;
+    }
     if (!eval_knows(op)) return 0;
     if (all_folded(ir, operands, count)) {
         double values[3];

@@ -16,6 +16,12 @@ bool leaf_is_base(const Ir *ir, IrId id)
     return op == OP_QUADRIC || op == OP_FIELD;
 }
 
+bool leaf_is_sheet(const Ir *ir, IrId id)
+{
+    if (ir_at(ir, id)->op == OP_TRANSFORM) id = ir_operand(ir, id, 0);
+    return ir_at(ir, id)->op == OP_SHEET;
+}
+
 bool leaf_is_core(const Ir *ir, IrId id)
 {
     return leaf_is_base(ir, id) || (ir_at(ir, id)->op == OP_FREEFORM && leaf_is_base(ir, ir_operand(ir, id, 0)));
@@ -97,6 +103,11 @@ IrId leaf_grow_base(Ir *ir, IrId base, IrId grow)
 
 static IrId with_strength(Ir *ir, IrId perturbation, IrId strength)
 {
+    if (ir_at(ir, perturbation)->op == OP_LIFT) {
+        IrId operands[5];
+        for (uint32_t k = 0; k < 5; k++) operands[k] = k == 1 ? strength : ir_operand(ir, perturbation, k);
+        return ir_node(ir, OP_LIFT, ir_at(ir, perturbation)->span, operands, 5);
+    }
     IrId q = ir_operand(ir, perturbation, 0), grow = ir_operand(ir, perturbation, 2);
     return ir_op3(ir, OP_PERTURB, ir_at(ir, perturbation)->span, q, strength, grow);
 }

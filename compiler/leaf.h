@@ -8,6 +8,10 @@
 bool leaf_is_base(const Ir *ir, IrId id);
 bool leaf_is_core(const Ir *ir, IrId id);
 
+// A patch as a surface, SHEET or TRANSFORM(SHEET, matrix): a leaf that no perturbation changes and whose complement is all
+// of space.
+bool leaf_is_sheet(const Ir *ir, IrId id);
+
 // The ten coefficients of a QUADRIC if all are const.
 bool leaf_const_quadric(const Ir *ir, IrId quadric, double q[10]);
 IrId leaf_quadric(Ir *ir, Span span, const double q[10]);

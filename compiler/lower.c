@@ -36,7 +36,7 @@ typedef struct Lowering {
         object_capacity;
     uint32_t tape_capacity, tape_step_capacity;
     Slot identity; // + 1, once a field without a map has wanted it
-    uint32_t leaf_span_capacity, perturbation_span_capacity;
+    uint32_t leaf_span_capacity, perturbation_span_capacity, lift_capacity;
 } Lowering;
 
 // --- what is there more than once
@@ -171,6 +171,10 @@ static void need_leaf(Lowering *l, IrId id)
     if (parts.paint) values_need(&l->values, parts.paint);
     if (parts.shown) values_need_checked(&l->values, parts.shown);
     if (ir_at(l->ir, parts.base)->op == OP_COMPLEMENT) return; // all of space has constants of its own
+    if (leaf_is_sheet(l->ir, parts.base)) {
+        if (ir_at(l->ir, parts.base)->op == OP_TRANSFORM) values_need(&l->values, ir_operand(l->ir, parts.base, 1));
+        return;
+    }
     IrId matrix, function = leaf_function(l->ir, parts.base, &matrix);
     if (ir_at(l->ir, function)->op == OP_FIELD) {
         tape_needs(l->ir, ir_operand(l->ir, function, 0), &l->values, need_number);
@@ -180,8 +184,13 @@ static void need_leaf(Lowering *l, IrId id)
     values_need(&l->values, parts.base);
     for (uint32_t k = 1; parts.core != parts.base && k < ir_at(l->ir, parts.core)->count; k++) {
         IrId perturbation = ir_operand(l->ir, parts.core, k);
-        values_need(&l->values, ir_operand(l->ir, perturbation, 0));
         values_need_checked(&l->values, ir_operand(l->ir, perturbation, 1));
+        if (ir_at(l->ir, perturbation)->op == OP_LIFT) {
+            values_need(&l->values, ir_operand(l->ir, perturbation, 2));
+            for (uint32_t cap = 3; cap < 5; cap++) values_need_checked(&l->values, ir_operand(l->ir, perturbation, cap));
+        } else {
+            values_need(&l->values, ir_operand(l->ir, perturbation, 0));
+        }
     }
 }
 
@@ -230,6 +239,7 @@ static uint32_t perturbations_of(Lowering *l, IrId freeform)
     uint32_t begin = plan->perturbation_count;
     for (uint32_t k = 1; k < ir_at(l->ir, freeform)->count; k++) {
         IrId perturbation = ir_operand(l->ir, freeform, k);
+        if (ir_at(l->ir, perturbation)->op == OP_LIFT) continue;
         Slot quadric = values_slot(&l->values, ir_operand(l->ir, perturbation, 0));
         Slot strength = values_checked_slot(&l->values, ir_operand(l->ir, perturbation, 1));
         plan->perturbations = array_room(l->arena, plan->perturbations, plan->perturbation_count,
@@ -286,12 +296,53 @@ static PlanLeaf field_leaf(Lowering *l, IrId base, PlanLeaf leaf)
     return leaf;
 }
 
+static uint32_t patch_of(const Lowering *l, IrId patch)
+{
+    uint32_t k = 0;
+    while (l->ir->patches[k] != patch) k++; // what is reached is among them
+    return k;
+}
+
+// The lifts of a free form; `count` is how many perturbations are none.
+static void take_lifts(Lowering *l, IrId freeform, PlanLeaf *leaf)
+{
+    Plan *plan = l->plan;
+    leaf->lifts = plan->lift_count;
+    for (uint32_t k = 1; k < ir_at(l->ir, freeform)->count; k++) {
+        IrId id = ir_operand(l->ir, freeform, k);
+        if (ir_at(l->ir, id)->op != OP_LIFT) continue;
+        plan->lifts = array_room(l->arena, plan->lifts, plan->lift_count, &l->lift_capacity, sizeof *plan->lifts);
+        plan->lifts[plan->lift_count++] = (PlanLift){
+            .patch = patch_of(l, ir_operand(l->ir, id, 0)),
+            .strength = values_checked_slot(&l->values, ir_operand(l->ir, id, 1)),
+            .frame = values_slot(&l->values, ir_operand(l->ir, id, 2)),
+            .low = values_checked_slot(&l->values, ir_operand(l->ir, id, 3)),
+            .high = values_checked_slot(&l->values, ir_operand(l->ir, id, 4)),
+        };
+        leaf->lift_count++;
+        leaf->count--;
+    }
+}
+
+static PlanLeaf sheet_leaf(Lowering *l, IrId id, PlanLeaf leaf)
+{
+    static const double identity[12] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
+    bool moved = ir_at(l->ir, id)->op == OP_TRANSFORM;
+    IrId sheet = moved ? ir_operand(l->ir, id, 0) : id;
+    leaf.kind = LEAF_SHEET;
+    leaf.begin = patch_of(l, ir_operand(l->ir, sheet, 0));
+    leaf.quadric = moved ? values_slot(&l->values, ir_operand(l->ir, id, 1)) : values_constants(&l->values, identity, 12);
+    return leaf;
+}
+
 static PlanLeaf scene_leaf(Lowering *l, IrId id)
 {
     LeafParts parts = leaf_parts(l->ir, id);
     PlanLeaf leaf = {.kind = LEAF_QUADRIC, .shown = NO_SLOT, .material = material_of(l, parts.paint)};
     IrId matrix;
-    if (ir_at(l->ir, leaf_function(l->ir, parts.base, &matrix))->op == OP_FIELD) {
+    if (leaf_is_sheet(l->ir, parts.base)) {
+        leaf = sheet_leaf(l, parts.base, leaf);
+    } else if (ir_at(l->ir, leaf_function(l->ir, parts.base, &matrix))->op == OP_FIELD) {
         leaf = field_leaf(l, parts.base, leaf);
     } else if (ir_at(l->ir, parts.base)->op == OP_COMPLEMENT) {
         leaf.quadric = values_constants(&l->values, (const double[10]){[9] = 1}, 10);
@@ -302,6 +353,7 @@ static PlanLeaf scene_leaf(Lowering *l, IrId id)
         leaf.kind = LEAF_FREEFORM;
         leaf.begin = perturbations_of(l, parts.core);
         leaf.count = ir_at(l->ir, parts.core)->count - 1;
+        take_lifts(l, parts.core, &leaf);
     }
     if (parts.shown) leaf.shown = values_checked_slot(&l->values, parts.shown);
     if (parts.name) leaf.object = l->indices[parts.name] - 1;
@@ -419,7 +471,7 @@ LowerStatus plan_lower(const Ir *ir, Arena *arena, Plan **plan, PlanOrigins *ori
         make_values(&l);
         make_tables(&l);
         make_things(&l);
-        lower_patches(ir, arena, &scratch, l.plan);
+        lower_patches(ir, arena, &scratch, &l.values, l.plan);
         status = l.pieces.status;
     }
     arena_release(&scratch);

@@ -67,7 +67,7 @@ Slot values_constants(Values *v, const double *numbers, uint32_t count);
 // --- patches
 
 // Fills plan->patches with the IR's, in their order.
-void lower_patches(const Ir *ir, Arena *arena, Arena *scratch, Plan *plan);
+void lower_patches(const Ir *ir, Arena *arena, Arena *scratch, Values *values, Plan *plan);
 
 // --- pieces: shapes and what they hold
 

@@ -142,12 +142,16 @@ static void patch_new(Patches *p, PlanPatch *patch, IrId id)
     note_slots(&v, patch, equation, FIRST_START, 3);
 }
 
-void lower_patches(const Ir *ir, Arena *arena, Arena *scratch, Plan *plan)
+void lower_patches(const Ir *ir, Arena *arena, Arena *scratch, Values *values, Plan *plan)
 {
+    static const double flat[7] = {0, 0, 0, 1, 1, 0, 0};
     if (!ir->patch_count) return;
     Patches p = {.ir = ir, .arena = arena, .scratch = scratch};
     find_moving(&p);
     plan->patches = arena_array(arena, PlanPatch, ir->patch_count);
     plan->patch_count = ir->patch_count;
-    for (uint32_t k = 0; k < ir->patch_count; k++) patch_new(&p, &plan->patches[k], ir->patches[k]);
+    for (uint32_t k = 0; k < ir->patch_count; k++) {
+        patch_new(&p, &plan->patches[k], ir->patches[k]);
+        plan->patches[k].box = values_constants(values, flat, 7);
+    }
 }

@@ -50,13 +50,20 @@ static uint32_t sum(Pieces *p, uint32_t a, uint32_t b)
     return p->status ? 0 : a + b;
 }
 
+static ShapeNodeKind leaf_kind(const Ir *ir, IrId core)
+{
+    IrId matrix;
+    if (leaf_is_sheet(ir, core)) return SHAPE_SHEET;
+    if (ir_at(ir, leaf_function(ir, core, &matrix))->op == OP_FIELD) return SHAPE_FIELD;
+    if (ir_at(ir, core)->op != OP_FREEFORM) return SHAPE_QUADRIC;
+    for (uint32_t k = 1; k < ir_at(ir, core)->count; k++)
+        if (ir_at(ir, ir_operand(ir, core, k))->op == OP_LIFT) return SHAPE_LIFTED;
+    return SHAPE_FREEFORM;
+}
+
 static Piece leaf_piece(Pieces *p, IrId id)
 {
-    IrId matrix, core = leaf_parts(p->ir, id).core;
-    ShapeNodeKind kind = SHAPE_QUADRIC;
-    if (ir_at(p->ir, core)->op == OP_FREEFORM) kind = SHAPE_FREEFORM;
-    if (ir_at(p->ir, leaf_function(p->ir, core, &matrix))->op == OP_FIELD) kind = SHAPE_FIELD;
-    Piece piece = {.shape = shapes_leaf(&p->shapes, kind), .leaf_count = 1, .total = 1};
+    Piece piece = {.shape = shapes_leaf(&p->shapes, leaf_kind(p->ir, leaf_parts(p->ir, id).core)), .leaf_count = 1, .total = 1};
     piece.leaves = arena_new(p->scratch, PieceLeaf);
     piece.leaves[0].index = id;
     return piece;

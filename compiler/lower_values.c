@@ -192,6 +192,7 @@ static Slot value(Values *v, IrId id)
     case OP_PLACE: return operation(v, id, STEP_PLACE, 12, 1);
     case OP_HEIGHT: return operation(v, id, STEP_HEIGHT, 1, 2);
     case OP_AT: return operation(v, id, STEP_AT, 1, 1);
+    case OP_STEEPNESS: return operation(v, id, STEP_STEEPNESS, 1, 1);
     case OP_TRANSFORM: return operation(v, id, STEP_QUADRIC, 10, 0);
     case OP_ASSERT: {
         Slot none = operation(v, id, STEP_ASSERT, 0, 0);
@@ -267,6 +268,7 @@ static void need_operands(Values *v, IrId id)
     bool base = node->op == OP_TRANSFORM && v->needs[id] & NEED_VALUE;
     if (base) v->needs[ir_operand(v->ir, id, 0)] |= NEED_VALUE;
     for (uint32_t k = base && !field; k < node->count; k++) {
+        if (node->op == OP_LIFT || node->op == OP_SHEET) return; // a field program knows no patches
         if (node->op == OP_PAINT && k == 1) continue; // where F is asked for, colours are not
         need_operand(v, ir_operand(v->ir, id, k), gathered);
     }

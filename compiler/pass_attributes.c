@@ -86,7 +86,7 @@ static uint32_t below(Walk *walk, IrId id, uint32_t k, uint32_t context)
 
 static bool is_leaf(const Ir *ir, IrId id)
 {
-    return ir_at(ir, id)->op == OP_EMPTY || leaf_is_core(ir, id);
+    return ir_at(ir, id)->op == OP_EMPTY || leaf_is_core(ir, id) || leaf_is_sheet(ir, id);
 }
 
 static void down(Walk *walk, IrId id, uint32_t context)
@@ -114,6 +114,10 @@ static IrId leaf(Ir *ir, IrId id, Context c)
         if (!c.low) return all_or_nothing(ir, span, true);
         c.high = 0;
         id = leaf_quadric(ir, (Span){0}, (const double[10]){[9] = c.negative ? -1 : 1});
+    }
+    if (leaf_is_sheet(ir, id)) { // -F is a distance, which nothing is below: all points are in it, but where it is hidden
+        if (c.negative) return all_or_nothing(ir, span, true);
+        c.high = 0;
     }
     if (ir_at(ir, id)->op == OP_EMPTY) { // a condition matters only where it would make something else of it
         if (c.negative ? !c.low : !c.high) return all_or_nothing(ir, span, c.negative);

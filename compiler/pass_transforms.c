@@ -99,6 +99,24 @@ static IrId perturbation(Walk *walk, IrId id, uint32_t context)
     return ir_op3(ir, OP_PERTURB, ir_at(ir, id)->span, q, ir_operand(ir, id, 1), ir_const(ir, 0));
 }
 
+// The frame of what a patch lifts moves with it.
+static IrId lift(Ir *ir, IrId id, const Map *map)
+{
+    if (!map->outer && !map->has_inner) return id;
+    IrId operands[5];
+    Span span = ir_at(ir, id)->span;
+    for (uint32_t k = 0; k < 5; k++) operands[k] = ir_operand(ir, id, k);
+    operands[2] = ir_op2(ir, OP_COMPOSE, span, whole(ir, span, map), operands[2]);
+    return ir_node(ir, OP_LIFT, span, operands, 5);
+}
+
+static IrId sheet(Ir *ir, IrId id, const Map *map)
+{
+    if (!map->outer && !map->has_inner) return id;
+    Span span = ir_at(ir, id)->span;
+    return ir_op2(ir, OP_TRANSFORM, span, id, whole(ir, span, map));
+}
+
 static IrId up(Walk *walk, IrId id, uint32_t context)
 {
     Transforms *t = walk->pass;
@@ -109,6 +127,8 @@ static IrId up(Walk *walk, IrId id, uint32_t context)
     case OP_FIELD: return moved(walk->ir, id, &t->maps[context]);
     case OP_QUADRIC: return folded(walk->ir, id, &t->maps[context]);
     case OP_PERTURB: return perturbation(walk, id, context);
+    case OP_SHEET: return sheet(walk->ir, id, &t->maps[context]);
+    case OP_LIFT: return lift(walk->ir, id, &t->maps[context]);
     default: return walk_rebuild(walk, id, context);
     }
 }

@@ -35,7 +35,7 @@
 
 typedef uint32_t Slot; // index of a double in the values
 
-typedef enum PlanLeafKind { LEAF_QUADRIC, LEAF_FREEFORM, LEAF_FIELD, LEAF_GROUP } PlanLeafKind;
+typedef enum PlanLeafKind { LEAF_QUADRIC, LEAF_FREEFORM, LEAF_FIELD, LEAF_SHEET, LEAF_GROUP } PlanLeafKind;
 typedef enum PlanSetKind { SET_UNION, SET_INTERSECT } PlanSetKind;
 
 typedef struct PlanPerturbation {
@@ -47,16 +47,26 @@ typedef struct PlanTape { // an expression: steps in Plan.tape_steps whose numbe
     uint32_t first, count;
 } PlanTape;
 
+// A patch that lifts a free form: F + strength * z(x, y) where the frame's x and y are in 0 … 1 and its z between low and high.
+typedef struct PlanLift {
+    uint32_t patch;
+    Slot strength;
+    Slot frame;     // twelve slots: from the frame to the world
+    Slot low, high; // high < low: wherever the patch is
+} PlanLift;
+
 typedef struct PlanLeaf {
     uint32_t kind;         // PlanLeafKind
     Slot quadric;          // ten slots: F or the free form's base (LEAF_GROUP: unused); LEAF_FIELD: twelve, the map from
-                           // the world into the expression's coordinates
-    uint32_t begin, count; // LEAF_FREEFORM: perturbations; LEAF_FIELD: begin is the tape; LEAF_GROUP: the group; count 1
+                           // the world into the expression's coordinates; LEAF_SHEET: twelve, from the patch to the world
+    uint32_t begin, count; // LEAF_FREEFORM: perturbations; begin is the tape of LEAF_FIELD, the patch of LEAF_SHEET, the
+                           // group of LEAF_GROUP; count 1
     uint32_t material;     // index into materials (LEAF_GROUP: unused)
     uint32_t
         object; // index into objects: the outermost name above the leaf, so of `object car = body | wheels` it is car
     uint32_t order; // rank among all leaves as the scene says them
     Slot shown;     // one slot: 0 hides the leaf (F = -infinity); NO_SLOT: always shown
+    uint32_t lifts, lift_count; // LEAF_FREEFORM: with any, it is a SHAPE_LIFTED
 } PlanLeaf;
 #define NO_SLOT UINT32_MAX
 
@@ -67,6 +77,8 @@ typedef enum ShapeNodeKind {
     SHAPE_QUADRIC,
     SHAPE_FREEFORM,
     SHAPE_FIELD,
+    SHAPE_LIFTED, // a free form that a patch lifts
+    SHAPE_SHEET,
     SHAPE_GROUP
 } ShapeNodeKind;
 typedef struct PlanShapeNode {
@@ -121,6 +133,7 @@ typedef enum StepKind {
     STEP_QUADRIC, // a quadric, a matrix M: the quadric of F(M^-1 X)
     STEP_PLACE,   // a field program, then x y z turn: the frame on its surface (OP_PLACE); or from xyz, toward xyz: OP_SURFACE
     STEP_HEIGHT,  // a field program, that of a quadric, a matrix, x y z: OP_HEIGHT, one scalar
+    STEP_STEEPNESS, // a field program, a matrix, low, high: OP_STEEPNESS, one scalar
     STEP_ASSERT,  // a scalar that is not 0, or the frame stops with `text`
     STEP_AT,      // a field program, then x y z: F there (OP_AT), one scalar
 } StepKind;
@@ -166,6 +179,8 @@ typedef struct PlanPatch {
     Slot model[PATCH_OPERANDS - 3]; // the operands of OP_PATCH from the step on
     PlanPart *parts;
     uint32_t part_count;
+    Slot box; // seven slots of the plan: low x y z, high x y z of its places, and a number that is another when its shape is;
+              // whoever solves it fills them (the image has the flat square)
 } PlanPatch;
 
 typedef struct Plan {
@@ -207,6 +222,8 @@ typedef struct Plan {
     uint32_t param_count, input_count;
     PlanPatch *patches;
     uint32_t patch_count;
+    PlanLift *lifts;
+    uint32_t lift_count;
     double duration, fps;
 } Plan;
 
@@ -228,6 +245,6 @@ double plan_field(const Plan *plan, const double *values, const double point[3],
 double plan_component_field(const Plan *plan, const double *values, uint32_t component, const double point[3],
                             uint32_t *leaf);
 double plan_leaf_field(const Plan *plan, const double *values, const PlanLeaf *leaf,
-                       const double point[3]); // not of LEAF_GROUP
+                       const double point[3]); // not of LEAF_GROUP; patches are not known here: sheets are empty, lifts 0
 
 #endif

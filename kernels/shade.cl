@@ -28,13 +28,22 @@ INLINE Vector surface_normal(const Ray *ray, UINT ranks, INT hits, FLOAT w)
             slope = field_slope(ray, leaf, w, mine);
         } else
 #endif
-#ifdef HAS_FREEFORM
+#if defined(HAS_FREEFORM) || defined(HAS_SHEET)
         if (ray->nodes[leaf].count) {
             uint begin = 0;
             while (begin < ray->count && ray->list[begin] <= leaf) begin++;
             uint stop = begin;
             while (stop < ray->count && ray->list[stop] < ray->nodes[leaf].end) stop++;
-            slope = freeform_slope(ray, leaf, begin, stop, w);
+            uint marks = ray->nodes[leaf].count;
+#ifdef HAS_SHEET
+            if (marks & NODE_SHEET) slope = sheet_slope(ray, begin, stop, mine, w);
+#endif
+#ifdef HAS_LIFTED
+            if (marks & NODE_LIFTED) slope = lifted_slope(ray, leaf, begin, stop, w);
+#endif
+#ifdef HAS_FREEFORM
+            if (!(marks & (NODE_SHEET | NODE_LIFTED))) slope = freeform_slope(ray, leaf, begin, stop, w);
+#endif
         } else
 #endif
             slope = record_slope(ray->records + leaf, ray->u, ray->v, w);

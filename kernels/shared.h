@@ -39,6 +39,29 @@ typedef struct QuadricRecord {
 #define RECORD_GROWS 8u   // a free form's base: some perturbation has a positive strength
 #define RECORD_CENTRED 16u
 
+// A patch that lifts a free form (compiler/plan.h): its frame's coordinates x, y, z are, times W, (a U + b V + c w + d) of these fours.
+typedef struct LiftRecord {
+    float x[4], y[4], z[4];
+    float low, high; // of z
+    float cells;     // a side
+    float spare;
+} LiftRecord;
+
+// A bicubic cell of a lift: its Bezier points, times strength and the factor of the base, point (k, l) at 4 k + l.
+typedef struct CellRecord {
+    float points[16];
+} CellRecord;
+
+// Where it acts, in z of the lift's frame: beyond it F has the sign of the base. Behind its points; low > high: nowhere.
+typedef struct CellBand {
+    float low, high;
+    float spare[14];
+} CellBand;
+
+#define LIFT_RECORDS 2 // of a cell of a lift
+// A bicubic cell of a sheet takes three of them: x, y, z of the view's p (ViewConstants.map).
+#define SHEET_RECORDS 3
+
 // Numbers of the plan. All leaves and perturbations have one number each, in prefix order: a component's first leaf, that leaf's
 // perturbations (or, if it is a group, that group's components), its second leaf … A component is named by the number of its first leaf.
 typedef struct PlanNode {
@@ -48,9 +71,15 @@ typedef struct PlanNode {
     unsigned material, object;
     unsigned rank;     // among the leaves, as the scene says them: what packets keep of a leaf, so the lower wins by min()
     unsigned leaf;     // not of this number: the leaf whose rank this index is
-    unsigned count;    // of perturbations; NODE_FIELD: it is a general field
+    unsigned count;    // of perturbations, with NODE_LIFTED or NODE_SHEET where cells follow; NODE_FIELD: it is a general field
 } PlanNode;
 #define NODE_FIELD 0xffffffffu
+
+// Behind the perturbations of a lifted free form come, for each of its lifts, a LiftRecord and its cells, row by row; behind a sheet's
+// number its cells. Of a cell's node `shape` is the number of its LiftRecord or sheet, `material` and `object` are its place along u and v.
+#define NODE_LIFTED 0x80000000u
+#define NODE_SHEET 0x40000000u
+#define NODE_COUNT 0x3fffffffu
 
 // Items are what tiles choose from: components and perturbations, in ascending order of their numbers, which follow
 // space where that is free (runtime/spatial.h). The box of an item in a view is where it can

@@ -32,6 +32,7 @@ typedef struct Job {
     unsigned layers; // of OpenEXR files
     Progress progress;
     Times times;
+    int damaged; // checkpoints, told so far
 } Job;
 
 static bool ends_with(const char *text, const char *end)
@@ -168,6 +169,11 @@ static ScnStatus render_frame(Job *job, double time, double frame)
     scn_stats(job->scene, &stats);
     job->times.frame_ms[job->times.count++] = stats.frame_ms;
     job->times.cpu_ms += stats.frame_cpu_ms;
+    if (stats.damaged_checkpoints > job->damaged) {
+        command_error("warning: %d damaged checkpoints of patches were not used",
+                      stats.damaged_checkpoints - job->damaged);
+        job->damaged = stats.damaged_checkpoints;
+    }
     return SCN_OK;
 }
 

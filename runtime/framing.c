@@ -12,6 +12,7 @@
 typedef struct Framing {
     const Plan *plan;
     double *const *moments;
+    const struct PatchCells *const *const *cells;
     int count, width, height;
     Layout layout;
     QuadricRecord *records;
@@ -44,6 +45,7 @@ static bool find_extent(Framing *f, const double camera[15], Extent *extent)
         memcpy(values + f->plan->camera, camera, 15 * sizeof(double));
         Projection projection;
         Screen screen;
+        f->layout.cells = f->cells ? f->cells[m] : NULL;
         view_primary(&f->layout, values, &f->bounds, f->width, f->height, &projection, &screen);
         view_frame(&f->layout, values);
         view_fold(&f->layout, values, &projection, f->records, f->boxes);
@@ -90,14 +92,16 @@ static void find_bounds(Framing *f)
     for (int m = 0; m < f->count; m++) {
         Box box;
         view_frame(&f->layout, f->moments[m]);
+        f->layout.cells = f->cells ? f->cells[m] : NULL;
         view_bounds(&f->layout, f->moments[m], &box);
         box_join(&f->bounds, &box);
     }
 }
 
-bool framing_camera(const Plan *plan, double *const *moments, int count, int width, int height, double camera[15])
+bool framing_camera(const Plan *plan, double *const *moments, const struct PatchCells *const *const *cells, int count,
+                    int width, int height, double camera[15])
 {
-    Framing f = {.plan = plan, .moments = moments, .count = count, .width = width, .height = height};
+    Framing f = {.plan = plan, .moments = moments, .cells = cells, .count = count, .width = width, .height = height};
     if (!layout_init(&f.layout, plan)) return false;
     f.records = malloc((f.layout.record_count + 1u) * sizeof *f.records);
     f.boxes = malloc(BOX_FLOATS((size_t)f.layout.item_count) * sizeof *f.boxes);

@@ -11,9 +11,12 @@
 #include "compiler/plan.h"
 #include "runtime/camera.h"
 
+struct PatchCells;
+
 // Fills the camera for a plan and the values of some moments (`count` arrays of plan->slot_count, whose camera slots
 // are written to): all of them are seen. `camera` holds OP_CAMERA's fifteen values, as camera_frame() takes them.
-// False where memory is missing.
-bool framing_camera(const Plan *plan, double *const *moments, int count, int width, int height, double camera[15]);
+// `cells` are the plan's patches at each moment (a NULL, or NULL: flat). False where memory is missing.
+bool framing_camera(const Plan *plan, double *const *moments, const struct PatchCells *const *const *cells, int count,
+                    int width, int height, double camera[15]);
 
 #endif

@@ -381,10 +381,16 @@ void package_map_places(Package *package, Arena *arena, Sources *sources)
 {
     const Plan *plan = package->plan;
     uint32_t count = plan->step_count + plan->object_count + plan->param_count, n = 0;
+    for (uint32_t i = 0; i < plan->patch_count; i++) count += 1 + plan->patches[i].program->step_count;
     PackagePlace *places = arena_array(arena, PackagePlace, count);
     for (uint32_t i = 0; i < plan->step_count; i++) places[n++].span = plan->steps[i].span;
     for (uint32_t i = 0; i < plan->object_count; i++) places[n++].span = plan->objects[i].span;
     for (uint32_t i = 0; i < plan->param_count; i++) places[n++].span = plan->params[i].span;
+    for (uint32_t i = 0; i < plan->patch_count; i++) {
+        const Plan *program = plan->patches[i].program;
+        places[n++].span = plan->patches[i].span;
+        for (uint32_t k = 0; k < program->step_count; k++) places[n++].span = program->steps[k].span;
+    }
     qsort(places, n, sizeof *places, compare_places);
 
     package->places = places;

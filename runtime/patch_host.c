@@ -622,6 +622,11 @@ bool patch_host_restore(PatchHost *patch, const void *bytes, size_t size, Failur
     return true;
 }
 
+const PatchEdges *patch_host_edges(const PatchHost *patch)
+{
+    return patch->work->edges;
+}
+
 double patch_host_energy(const PatchHost *patch, int component)
 {
     PatchHostWork *work = patch->work;

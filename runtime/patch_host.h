@@ -91,6 +91,9 @@ size_t patch_host_save(const PatchHost *patch, void *bytes, size_t capacity);
 // changed, if it does not fit.
 bool patch_host_restore(PatchHost *patch, const void *bytes, size_t size, Failure *failure);
 
+// The edges of the patch's time.
+const PatchEdges *patch_host_edges(const PatchHost *patch);
+
 // Energy of the free patch with its edges at zero, (ρ/2 + η dt/4)|V|² + ½ xᵀLx over unknowns of a component: it never
 // grows in the implicit scheme.
 double patch_host_energy(const PatchHost *patch, int component);

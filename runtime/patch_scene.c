@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "runtime/patch_cache.h"
 #include "runtime/patch_cells.h"
 #include "runtime/patch_device.h"
 #include "runtime/patch_diagnose.h"
@@ -31,6 +32,8 @@ struct PatchSolve {
     PatchPin *set_pins;
     PatchCells *cells; // of what is shown
     bool cells_filled;
+    PatchCache *cache; // of these inputs; NULL: not made, or handles have moved on the way
+    int damaged;
 };
 
 static size_t nodes_of(const PatchSolve *solve)
@@ -58,6 +61,7 @@ void patch_solve_free(PatchSolve *solve)
     patch_edges_free(solve->edges_before);
     patch_edges_free(solve->edges_shown);
     patch_cells_free(solve->cells);
+    patch_cache_free(solve->cache);
     free(solve->inputs);
     free(solve->set_pins);
     free(solve->memory);
@@ -198,7 +202,7 @@ static bool start(PatchSolve *solve, const double *inputs, FrameError *error)
     solve->started = false;
     solve->set.nodes = 0;
     driver->edges_known = false;
-    memcpy(solve->inputs, inputs, solve->patch->program->input_count * sizeof *inputs);
+    if (inputs != solve->inputs) memcpy(solve->inputs, inputs, solve->patch->program->input_count * sizeof *inputs);
     if (!patch_driver_at(driver, 0, solve->inputs, error) || !patch_driver_edges(driver, NULL, error) ||
         !patch_driver_start(driver, solve->now, error) || !set_model(solve, error))
         return false;
@@ -215,6 +219,8 @@ static bool start(PatchSolve *solve, const double *inputs, FrameError *error)
     solve->time = solve->before_time = 0;
     solve->steps = 0;
     solve->started = true;
+    patch_cache_free(solve->cache);
+    solve->cache = solve->desc.cached && solve->host ? patch_cache_new(solve->patch, inputs) : NULL;
     return true;
 }
 
@@ -252,6 +258,69 @@ static bool step(PatchSolve *solve, FrameError *error)
     return true;
 }
 
+// --- checkpoints: the time of the step before, then the solver's own
+
+static void keep(PatchSolve *solve)
+{
+    if (!solve->cache || solve->steps % PATCH_CACHE_STEPS) return;
+    size_t size = patch_host_save(solve->host, NULL, 0), lead = sizeof solve->before_time;
+    uint8_t *bytes = malloc(lead + size);
+    if (!bytes) return;
+    memcpy(bytes, &solve->before_time, lead);
+    patch_host_save(solve->host, bytes + lead, size);
+    patch_cache_store(solve->cache, solve->steps, bytes, lead + size);
+    free(bytes);
+}
+
+// Goes to a checkpoint. The solver gets the model that it had then, since it counts time from where its step changed.
+static bool go_to(PatchSolve *solve, const FileBytes *file, uint64_t steps, double time, FrameError *error)
+{
+    Failure failure;
+    PatchHost *host = solve->host;
+    double before;
+    size_t lead = sizeof before;
+    if (file->size < lead) return false;
+    memcpy(&before, file->bytes, lead);
+    if (!(before >= 0 && before <= time) || !patch_driver_at(solve->driver, before, solve->inputs, error)) return false;
+    if (!patch_driver_edges(solve->driver, places(solve->now), error) || !set_model(solve, error)) return false;
+    if (!patch_host_restore(host, file->bytes + lead, file->size - lead, &failure)) return false;
+    solve->started = host->steps == steps && host->time > before && host->time <= time;
+    solve->steps = host->steps;
+    solve->time = solve->before_time = host->time;
+    for (int c = 0; c < 3; c++) {
+        memcpy(solve->now[c], host->x[c], nodes_of(solve) * sizeof(double));
+        memcpy(solve->before[c], host->x[c], nodes_of(solve) * sizeof(double));
+    }
+    patch_edges_copy(solve->edges_now, patch_host_edges(host));
+    patch_edges_copy(solve->edges_before, solve->edges_now);
+    solve->driver->edges_known = false;
+    return solve->started;
+}
+
+// Jumps to the last checkpoint before a time, where there is one ahead. False where the patch cannot be started again
+// after a damaged one.
+static bool jump(PatchSolve *solve, double time, FrameError *error)
+{
+    double ahead = (time - solve->time) / solve->driver->model.step;
+    if (!solve->cache || !(ahead > PATCH_CACHE_STEPS) || !(ahead < 1e9)) return true;
+    uint64_t most = solve->steps + (uint64_t)ahead, found;
+    FileBytes file;
+    while (patch_cache_load(solve->cache, solve->steps, most, &found, &file)) {
+        bool good = go_to(solve, &file, found, time, error);
+        bytes_close(&file);
+        if (good) return true;
+        solve->damaged++;
+        if (!start(solve, solve->inputs, error)) return false;
+        most = found - 1;
+    }
+    return true;
+}
+
+int patch_solve_damaged(const PatchSolve *solve)
+{
+    return solve->damaged;
+}
+
 static void show(PatchSolve *solve, double time)
 {
     double length = solve->time - solve->before_time;
@@ -279,9 +348,15 @@ bool patch_solve_to(PatchSolve *solve, double time, const double *inputs, FrameE
     } else if (moved) {
         memcpy(solve->inputs, inputs, count * sizeof *inputs);
         solve->driver->edges_known = false;
+        patch_cache_free(solve->cache);
+        solve->cache = NULL;
     }
+    if (!jump(solve, time, error)) return false;
     while (solve->time < time - STEP_SLACK * solve->driver->model.step) {
-        if (step(solve, error)) continue;
+        if (step(solve, error)) {
+            keep(solve);
+            continue;
+        }
         solve->started = false;
         return false;
     }

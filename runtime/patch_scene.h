@@ -9,7 +9,7 @@
 //
 // Simulation time is the scene's time and has its own steps. Between two of them the shape is the mix of both. What is
 // shown at a time follows from the scene, its params and that time alone: a moment that is asked for first gives the
-// bits of running through. (Handles that move while time goes on are the exception that they have to be: the patch goes
+// bits of running through: also where it is found by a checkpoint. (Handles that move while time goes on are the exception that they have to be: the patch goes
 // on from where it is. Where they move and time does not go on, it is solved again from its start.)
 //
 // Whatever cannot be solved stops with a sentence and a place in the scene: an equation that patch_diagnose() refuses,
@@ -30,6 +30,7 @@ typedef struct PatchSolveDesc {
     double fps; // of the scene: what `frame` counts
     PatchMethod method;
     Device *device; // of PATCH_METHOD_DEVICE; has to outlive the solve
+    bool cached;    // checkpoints are kept on disk (runtime/patch_cache.h): of PATCH_METHOD_DIRECT
     int sweeps;     // limit of PATCH_METHOD_ITERATIVE in a step; 0: its default
 } PatchSolveDesc;
 
@@ -55,6 +56,9 @@ bool patch_solve_to(PatchSolve *solve, double time, const double *inputs, FrameE
 
 // What the patch is now: good until the next call.
 PatchShape patch_solve_shape(const PatchSolve *solve);
+
+// How many checkpoints were damaged, and so not used, since it was made.
+int patch_solve_damaged(const PatchSolve *solve);
 
 // The value and the place of the shape at (u, v), by its bicubic cells (runtime/patch_cells.h): exact at nodes.
 bool patch_solve_point(PatchSolve *solve, double u, double v, double place[3]);

@@ -3,6 +3,7 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "compiler/field.h"
 #include "compiler/frame.h"
 #include "compiler/tape.h"
 
@@ -65,6 +66,8 @@ static void leaf_record(Record *r, PlanLeaf *leaf)
     record_u32(r, &leaf->object);
     record_u32(r, &leaf->order);
     record_u32(r, &leaf->shown);
+    record_u32(r, &leaf->lifts);
+    record_u32(r, &leaf->lift_count);
 }
 
 static void perturbation_record(Record *r, PlanPerturbation *perturbation)
@@ -133,7 +136,8 @@ static void param_record(Record *r, IrParam *param)
     span_record(r, &param->span);
 }
 
-void plan_record(Record *r, Plan *plan)
+// Values, steps, operands: what a frame's program is made of, and a patch's.
+static void program_record(Record *r, Plan *plan)
 {
     record_count(r, &plan->slot_count, sizeof(double));
     if (!r->writing) plan->image = arena_array(r->arena, double, plan->slot_count);
@@ -146,12 +150,60 @@ void plan_record(Record *r, Plan *plan)
     record_u32(r, &plan->frame);
     record_u32(r, &plan->inputs);
     record_u32(r, &plan->input_count);
+}
 
+static void lift_record(Record *r, PlanLift *lift)
+{
+    record_u32(r, &lift->patch);
+    record_u32(r, &lift->strength);
+    record_u32(r, &lift->frame);
+    record_u32(r, &lift->low);
+    record_u32(r, &lift->high);
+}
+
+static void part_record(Record *r, PlanPart *part)
+{
+    record_u32(r, &part->kind);
+    record_u32s(r, part->values, 5);
+    record_u32(r, &part->field);
+    span_record(r, &part->span);
+}
+
+static void run_record(Record *r, PlanRun *run)
+{
+    record_u32(r, &run->begin);
+    record_u32(r, &run->end);
+    record_bool(r, &run->points);
+    record_bool(r, &run->varies);
+}
+
+void plan_patch_record(Record *r, PlanPatch *patch)
+{
+    record_text(r, &patch->name);
+    span_record(r, &patch->span);
+    record_u32(r, &patch->nodes);
+    record_bool(r, &patch->newmark);
+    record_bool(r, &patch->all_tangents);
+    if (!r->writing) patch->program = arena_new(r->arena, Plan);
+    program_record(r, patch->program);
+    record_u32(r, &patch->point);
+    record_u32(r, &patch->frame_end);
+    run_record(r, &patch->edges);
+    run_record(r, &patch->force);
+    run_record(r, &patch->start);
+    record_u32s(r, patch->model, PATCH_OPERANDS - 3);
+    record_table(r, patch->parts, patch->part_count, 36, part_record);
+    record_u32(r, &patch->box);
+}
+
+void plan_record(Record *r, Plan *plan)
+{
+    program_record(r, plan);
     record_table(r, plan->groups, plan->group_count, 12, group_record);
     record_table(r, plan->group_types, plan->group_type_count, 8, group_type_record);
     record_table(r, plan->shapes, plan->shape_count, 8, shape_record);
     record_table(r, plan->components, plan->component_count, 8, component_record);
-    record_table(r, plan->leaves, plan->leaf_count, 32, leaf_record);
+    record_table(r, plan->leaves, plan->leaf_count, 40, leaf_record);
     record_table(r, plan->perturbations, plan->perturbation_count, 8, perturbation_record);
     record_table(r, plan->tapes, plan->tape_count, 8, tape_record);
     record_table(r, plan->tape_steps, plan->tape_step_count, 8, tape_step_record);
@@ -162,6 +214,8 @@ void plan_record(Record *r, Plan *plan)
     record_bool(r, &plan->orthographic);
     record_u32(r, &plan->background);
     record_table(r, plan->params, plan->param_count, 70, param_record);
+    record_table(r, plan->patches, plan->patch_count, 4 * PATCH_OPERANDS, plan_patch_record);
+    record_table(r, plan->lifts, plan->lift_count, 20, lift_record);
     record_f64(r, &plan->duration);
     record_f64(r, &plan->fps);
 }
@@ -274,6 +328,51 @@ static bool check_group_types(const Plan *plan, Failure *failure)
     return ok;
 }
 
+static bool check_image(const Plan *plan)
+{
+    for (Slot s = 0; s < plan->slot_count; s++)
+        if (!isfinite(plan->image[s])) return false;
+    return true;
+}
+
+static bool check_lift(const Plan *plan, const PlanLift *lift)
+{
+    return lift->patch < plan->patch_count && slots_fit(plan, lift->strength, 1) && slots_fit(plan, lift->frame, 12) &&
+           slots_fit(plan, lift->low, 1) && slots_fit(plan, lift->high, 1);
+}
+
+static bool check_run(const PlanPatch *patch, const PlanRun *run)
+{
+    return run->begin <= run->end && run->end <= patch->program->step_count;
+}
+
+static bool check_part(const Plan *program, const PlanPart *part)
+{
+    if (part->kind > PART_CONTACT) return false;
+    for (int k = 0; k < 5; k++)
+        if (!slots_fit(program, part->values[k], 1)) return false;
+    if (part->kind == PART_PIN) return true;
+    if (part->field >= program->operand_count) return false;
+    uint32_t count = program->operands[part->field];
+    return range_fits(part->field + 1, count, program->operand_count) &&
+           field_check((FieldCode){program->operands + part->field + 1, count}, program->slot_count);
+}
+
+static bool check_patch(const Plan *plan, const PlanPatch *patch)
+{
+    const Plan *program = patch->program;
+    bool ok = patch->name && patch->nodes >= PATCH_NODES_MIN && patch->nodes <= PATCH_NODES_MAX &&
+              program->input_count == plan->input_count && check_image(program) &&
+              slots_fit(program, program->time, 1) && slots_fit(program, program->frame, 1) &&
+              slots_fit(program, program->inputs, program->input_count) && slots_fit(program, patch->point, 5) &&
+              patch->frame_end <= program->step_count && check_run(patch, &patch->edges) &&
+              check_run(patch, &patch->force) && check_run(patch, &patch->start) && slots_fit(plan, patch->box, 7) &&
+              frame_check(program) == program->step_count;
+    for (int k = 0; ok && k < PATCH_OPERANDS - 3; k++) ok = slots_fit(program, patch->model[k], 1);
+    for (uint32_t k = 0; ok && k < patch->part_count; k++) ok = check_part(program, &patch->parts[k]);
+    return ok;
+}
+
 static bool check_leaf(const Plan *plan, const PlanLeaf *leaf)
 {
     if (leaf->shown != NO_SLOT && !slots_fit(plan, leaf->shown, 1)) return false;
@@ -281,7 +380,10 @@ static bool check_leaf(const Plan *plan, const PlanLeaf *leaf)
     if (leaf->kind > LEAF_GROUP || leaf->material >= plan->material_count || leaf->object >= plan->object_count)
         return false;
     if (leaf->kind == LEAF_FIELD) return leaf->begin < plan->tape_count && slots_fit(plan, leaf->quadric, 12);
-    if (leaf->kind == LEAF_FREEFORM && !range_fits(leaf->begin, leaf->count, plan->perturbation_count)) return false;
+    if (leaf->kind == LEAF_SHEET) return leaf->begin < plan->patch_count && slots_fit(plan, leaf->quadric, 12);
+    if (leaf->kind == LEAF_FREEFORM && (!range_fits(leaf->begin, leaf->count, plan->perturbation_count) ||
+                                        !range_fits(leaf->lifts, leaf->lift_count, plan->lift_count)))
+        return false;
     return slots_fit(plan, leaf->quadric, 10);
 }
 
@@ -289,8 +391,10 @@ static bool leaf_matches(const Plan *plan, const PlanLeaf *leaf, const PlanShape
 {
     switch (node->kind) {
     case SHAPE_QUADRIC: return leaf->kind == LEAF_QUADRIC;
-    case SHAPE_FREEFORM: return leaf->kind == LEAF_FREEFORM;
+    case SHAPE_FREEFORM: return leaf->kind == LEAF_FREEFORM && !leaf->lift_count;
     case SHAPE_FIELD: return leaf->kind == LEAF_FIELD;
+    case SHAPE_LIFTED: return leaf->kind == LEAF_FREEFORM && leaf->lift_count;
+    case SHAPE_SHEET: return leaf->kind == LEAF_SHEET;
     default: return leaf->kind == LEAF_GROUP && plan->groups[leaf->begin].type == node->count;
     }
 }
@@ -375,13 +479,6 @@ static bool check_param(const Plan *plan, const IrParam *param)
     return param->structure || range_fits(param->slot, slots[param->type], plan->input_count);
 }
 
-static bool check_image(const Plan *plan)
-{
-    for (Slot s = 0; s < plan->slot_count; s++)
-        if (!isfinite(plan->image[s])) return false;
-    return true;
-}
-
 static bool check_tapes(const Plan *plan)
 {
     for (uint32_t i = 0; i < plan->tape_count; i++) {
@@ -422,6 +519,10 @@ bool plan_check(const Plan *plan, Failure *failure)
     for (uint32_t i = 0; i < plan->shape_count; i++)
         if (!check_shape(plan, &plan->shapes[i])) return fail(failure, "its shape %u is no tree", i);
     if (!check_group_types(plan, failure)) return false;
+    for (uint32_t i = 0; i < plan->patch_count; i++)
+        if (!check_patch(plan, &plan->patches[i])) return fail(failure, "its patch %u makes no sense", i);
+    for (uint32_t i = 0; i < plan->lift_count; i++)
+        if (!check_lift(plan, &plan->lifts[i])) return fail(failure, "its lift %u points nowhere", i);
     for (uint32_t i = 0; i < plan->leaf_count; i++)
         if (!check_leaf(plan, &plan->leaves[i])) return fail(failure, "its leaf %u points nowhere", i);
     if (!check_groups(plan)) return fail(failure, "its groups make no tree");

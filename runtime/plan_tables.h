@@ -13,4 +13,7 @@ void plan_record(Record *r, Plan *plan);
 // uploaded without a further test. False with the first thing that is wrong.
 bool plan_check(const Plan *plan, Failure *failure);
 
+// A patch of a plan alone: all that says how it moves.
+void plan_patch_record(Record *r, PlanPatch *patch);
+
 #endif

@@ -346,6 +346,7 @@ static bool upload(Renderer *r, const RenderJob *job, uint32_t tiles_across, Ren
     bool changed = r->tapes != r->layout.fields.version;
     if (changed) r->folded = 0;
     r->tapes = 0; // until they are on the device
+    r->layout.cells = job->cells;
     view_bounds(&r->layout, values, &bounds);
     view_primary(&r->layout, values, &bounds, film->width, film->height, &r->wanted[0], &screen);
     int views = make_lights(r, values, &bounds);

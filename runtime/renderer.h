@@ -30,6 +30,7 @@ typedef enum RenderStages { RENDER_ALL, RENDER_LISTS, RENDER_HITS, RENDER_SHADOW
 
 typedef struct RenderJob {
     const double *values;     // of the frame (compiler/frame.h), plan->slot_count
+    const struct PatchCells *const *cells; // of the plan's patches at that time; NULL where it has none
     Film *film;               // its size, layers and place in the pixel say what is rendered
     const atomic_bool *cancel; // may be set by any thread: the frame ends within a tenth of a second; NULL: never
     RenderStages stages;

@@ -46,6 +46,7 @@ struct ScnScene {
     Device *device;
     Program *program;
     Renderer *renderer;
+    struct ScenePatches *patches; // runtime/scene_patches.h; NULL: not needed so far
     Film *film;
     Samples *samples;
     int samples_n;

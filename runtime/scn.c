@@ -10,6 +10,7 @@
 
 #include "compiler/param.h"
 #include "runtime/scene.h"
+#include "runtime/scene_patches.h"
 
 _Static_assert((int)SCN_PARAM_COLOR == (int)PARAM_COLOR && (int)SCN_PARAM_STRING == (int)PARAM_STRING,
                "the types of params are the compiler's");
@@ -79,6 +80,7 @@ void scn_free(ScnScene *scene)
     samples_free(scene->samples);
     film_free(scene->film);
     renderer_free(scene->renderer);
+    scene_patches_free(scene);
     program_free(scene->program);
     device_close(scene->device);
     free(scene->diagnostics_text[0]);
@@ -215,7 +217,7 @@ bool scn_info(const ScnScene *scene, ScnInfo *info)
         .package = scene->is_package,
         .objects = plan->object_count - 1,
         .shapes = plan->shape_count,
-        .leaves = kinds[LEAF_QUADRIC] + kinds[LEAF_FREEFORM] + kinds[LEAF_FIELD],
+        .leaves = plan->leaf_count - kinds[LEAF_GROUP],
         .quadrics = kinds[LEAF_QUADRIC],
         .freeforms = kinds[LEAF_FREEFORM],
         .perturbations = plan->perturbation_count,

@@ -229,6 +229,7 @@ typedef struct ScnStats {
     double frame_ms, frame_cpu_ms; // the last frame: wall time and CPU time of the process
     uint64_t device_bytes;         // memory on the device
     const char *device;            // its name; NULL before it is opened
+    int damaged_checkpoints;       // of patches, which were not used
 } ScnStats;
 
 SCN_API void scn_stats(const ScnScene *scene, ScnStats *stats);

@@ -12,6 +12,7 @@
 #include "runtime/image_exr.h"
 #include "runtime/image_png.h"
 #include "runtime/scene.h"
+#include "runtime/scene_patches.h"
 
 #define SAMPLE_LIMIT   16
 #define CAMERA_MOMENTS 9      // of an animation, for which an automatic camera is placed
@@ -143,7 +144,9 @@ static ScnStatus evaluate(ScnScene *scene, double time, double frame)
 {
     FrameError error;
     FrameInput input = {.time = time, .frame = frame, .inputs = scene->inputs};
-    if (frame_evaluate(scene->package->plan, &input, scene->values, &error)) return SCN_OK;
+    if (frame_evaluate(scene->package->plan, &input, scene->values, &error) &&
+        scene_patches_to(scene, time, scene->values, &error))
+        return SCN_OK;
     char place[4200];
     scene_place(scene, error.span, place, sizeof place);
     return scene_fail(scene, SCN_SCENE_WRONG, "%s%serror: %s (at %gs, frame %g)", place, *place ? ": " : "", error.text,
@@ -152,10 +155,10 @@ static ScnStatus evaluate(ScnScene *scene, double time, double frame)
 
 // The values of some moments of the animation, so that the camera stands still in it, whichever frames are rendered. A
 // moment that cannot be evaluated is left out: its own frame will tell. Returns how many there are.
-static int find_moments(ScnScene *scene, double **moments, double time)
+static int find_moments(ScnScene *scene, double **moments, const PatchCells *const **cells, double time)
 {
     const Plan *plan = scene->package->plan;
-    bool moves = plan->duration > 0 && plan->step_count;
+    bool moves = plan->duration > 0 && (plan->step_count || plan->patch_count);
     int wanted = !moves ? 1 : plan->slot_count < MANY_VALUES ? CAMERA_MOMENTS : 3, count = 0;
     for (int i = 0; i < wanted; i++) {
         if (!moments[count]) moments[count] = malloc(plan->slot_count * sizeof(double));
@@ -163,7 +166,10 @@ static int find_moments(ScnScene *scene, double **moments, double time)
         FrameInput input = {.time = moves ? plan->duration * i / (wanted - 1) : time, .inputs = scene->inputs};
         input.frame = floor(input.time * plan->fps + 1e-6);
         FrameError error;
-        count += frame_evaluate(plan, &input, moments[count], &error);
+        bool ok = frame_evaluate(plan, &input, moments[count], &error) &&
+                  scene_patches_to(scene, input.time, moments[count], &error);
+        if (ok && plan->patch_count) cells[count] = scene_patches_copy(scene);
+        count += ok;
     }
     return count;
 }
@@ -172,10 +178,18 @@ static ScnStatus place_camera(ScnScene *scene, const ScnFrameDesc *desc)
 {
     const Plan *plan = scene->package->plan;
     double *moments[CAMERA_MOMENTS] = {0};
+    const PatchCells *const *cells[CAMERA_MOMENTS] = {0};
     memcpy(scene->camera, scene->values + plan->camera, sizeof scene->camera);
-    int count = find_moments(scene, moments, desc->time);
-    bool ok = count && framing_camera(plan, moments, count, desc->width, desc->height, scene->camera);
-    for (int i = 0; i < CAMERA_MOMENTS; i++) free(moments[i]);
+    int count = find_moments(scene, moments, cells, desc->time);
+    bool ok = count && framing_camera(plan, moments, cells, count, desc->width, desc->height, scene->camera);
+    for (int i = 0; i < CAMERA_MOMENTS; i++) {
+        free(moments[i]);
+        patches_copy_free(cells[i], plan->patch_count);
+    }
+    if (ok && plan->patch_count) { // they were taken to other moments
+        ScnStatus status = evaluate(scene, desc->time, desc->frame);
+        if (status != SCN_OK) return status;
+    }
     if (!ok) return scene_fail(scene, SCN_WORLD_FAILED, "there is no memory to find a place for the camera");
     scene->camera_width = desc->width;
     scene->camera_height = desc->height;
@@ -250,7 +264,8 @@ static uint64_t count_rays(const ScnScene *scene)
 static ScnStatus render_once(ScnScene *scene)
 {
     RenderStats stats = {0};
-    RenderJob job = {.values = scene->values, .film = scene->film, .cancel = &scene->cancel};
+    RenderJob job = {
+        .values = scene->values, .cells = scene_patches_cells(scene), .film = scene->film, .cancel = &scene->cancel};
     RenderResult result = renderer_frame(scene->renderer, &job, &stats, &scene->failure);
     scene->stats.device_bytes = stats.device_bytes;
     if (result == RENDER_DONE) return SCN_OK;

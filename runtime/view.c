@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "runtime/fold.h"
+#include "runtime/fold_patch.h"
 #include "runtime/spatial.h"
 
 #define FAR_LIGHT 1000.0 // units: a point light so far from what is looked at has one view, also where the scene has no end
@@ -23,6 +24,39 @@ typedef struct Numbering {
 } Numbering;
 
 static void number_group(Numbering *n, uint32_t group, int depth);
+
+// Numbers for the cells of a patch, of `records` each, that belong to `head`; each is an item.
+static void number_cells(Numbering *n, uint32_t patch, uint32_t records, uint32_t head)
+{
+    const Layout *layout = n->layout;
+    uint32_t count = layout->plan->patches[patch].nodes - 1;
+    if (count * count * records > RECORD_LIMIT - n->number) {
+        n->too_many = true;
+        return;
+    }
+    for (uint32_t k = 0; k < count * count; k++, n->item++, n->number += records) {
+        if (!layout->nodes) continue;
+        layout->items[n->item] = n->number;
+        layout->nodes[n->number].shape = head;
+        layout->nodes[n->number].material = k / count;
+        layout->nodes[n->number].object = k % count;
+    }
+}
+
+static void number_lifts(Numbering *n, const PlanLeaf *leaf)
+{
+    for (uint32_t k = 0; k < leaf->lift_count && !n->too_many; k++) {
+        uint32_t head = n->number++;
+        number_cells(n, n->layout->plan->lifts[leaf->lifts + k].patch, LIFT_RECORDS, head);
+    }
+}
+
+static uint32_t leaf_marks(const PlanLeaf *leaf)
+{
+    if (leaf->kind == LEAF_SHEET) return NODE_SHEET;
+    if (leaf->kind == LEAF_FIELD) return NODE_FIELD;
+    return leaf->kind == LEAF_FREEFORM ? leaf->count | (leaf->lift_count ? NODE_LIFTED : 0) : 0;
+}
 
 static void number_component(Numbering *n, const PlanComponent *component, int depth)
 {
@@ -44,13 +78,16 @@ static void number_component(Numbering *n, const PlanComponent *component, int d
             for (uint32_t p = 0; nodes && p < leaf->count; p++) n->layout->items[n->item + p] = n->number + p;
             n->item += leaf->count;
             n->number += leaf->count;
+            number_lifts(n, leaf);
+        } else if (leaf->kind == LEAF_SHEET) {
+            number_cells(n, leaf->begin, SHEET_RECORDS, number);
         }
         if (!nodes) continue;
         nodes[number].end = n->number;
         nodes[number].material = leaf->kind == LEAF_GROUP ? 0 : leaf->material;
         nodes[number].object = leaf->kind == LEAF_GROUP ? 0 : leaf->object;
         nodes[number].rank = leaf->order;
-        nodes[number].count = leaf->kind == LEAF_FREEFORM ? leaf->count : leaf->kind == LEAF_FIELD ? NODE_FIELD : 0;
+        nodes[number].count = leaf_marks(leaf);
     }
     if (!nodes) return;
     nodes[id].shape = component->shape;
@@ -233,6 +270,57 @@ static void fold_perturbations(Folding *f, const PlanLeaf *leaf, bool shown, dou
     }
 }
 
+static const PatchCells *cells_of(const Folding *f, uint32_t patch)
+{
+    return f->layout->cells ? f->layout->cells[patch] : NULL;
+}
+
+// Folds what patches add to a free form, behind its perturbations.
+static void fold_lifts(Folding *f, const PlanLeaf *leaf, bool shown, double factor, Box *box)
+{
+    for (uint32_t k = 0; k < leaf->lift_count; k++) {
+        const PlanLift *lift = &f->layout->plan->lifts[leaf->lifts + k];
+        const PatchCells *cells = cells_of(f, lift->patch);
+        LiftPlace place;
+        lift_place(f->layout->plan, f->values, lift, cells, &place);
+        FramedLeaf framed;
+        framed_leaf(f->layout->plan, f->values, leaf, &place, &framed);
+        uint32_t head = f->number++;
+        if (f->records) lift_record(&place, &f->map, (LiftRecord *)&f->records[head]);
+        for (int cell = 0; cell < place.count * place.count; cell++) {
+            uint32_t number = f->number, item = f->item++;
+            int i = cell / place.count, j = cell % place.count;
+            Box one = box_empty;
+            LiftBand band = lift_band(&framed, &place, cells, i, j);
+            if (shown && band.low < band.high) lift_cell_box(&place, &band, i, j, f->projection, &one);
+            if (f->records) {
+                lift_cell(&place, cells, i, j, factor, (CellRecord *)&f->records[number]);
+                *(CellBand *)&f->records[number + 1] = (CellBand){.low = (float)band.low, .high = (float)band.high};
+            }
+            f->number += LIFT_RECORDS;
+            set_item_box(f, item, &one);
+        }
+        Box all;
+        lift_box(&place, f->projection, &all);
+        if (shown && place.automatic) *box = all;
+        else if (shown) box_hull(box, &all);
+    }
+}
+
+static void fold_sheet(Folding *f, const PlanLeaf *leaf, bool shown, Box *box)
+{
+    const PatchCells *cells = cells_of(f, leaf->begin);
+    uint32_t count = f->layout->plan->patches[leaf->begin].nodes - 1;
+    for (uint32_t k = 0; k < count * count; k++, f->number += SHEET_RECORDS) {
+        CellRecord *records = f->records ? (CellRecord *)&f->records[f->number] : NULL;
+        Box one = box_empty;
+        if (shown && cells)
+            sheet_cell(cells, (int)(k / count), (int)(k % count), f->values + leaf->quadric, f->projection, records, &one);
+        set_item_box(f, f->item++, &one);
+        box_hull(box, &one);
+    }
+}
+
 static bool is_shown(const Folding *f, const PlanLeaf *leaf)
 {
     return leaf->shown == NO_SLOT || f->values[leaf->shown] != 0;
@@ -259,6 +347,11 @@ static void fold_leaf(Folding *f, const PlanLeaf *leaf)
         if (shown) fold_field(&f->layout->fields, f->values, leaf, f->projection, field, box);
         return;
     }
+    if (leaf->kind == LEAF_SHEET) {
+        if (f->records) fold_hidden(&f->records[number]);
+        fold_sheet(f, leaf, shown, box);
+        return;
+    }
     QuadricRecord unused, *record = f->records ? &f->records[number] : &unused;
     double factor = 1;
     if (shown) {
@@ -269,7 +362,9 @@ static void fold_leaf(Folding *f, const PlanLeaf *leaf)
     } else {
         fold_hidden(record);
     }
-    if (leaf->kind == LEAF_FREEFORM) fold_perturbations(f, leaf, shown, factor, record, box);
+    if (leaf->kind != LEAF_FREEFORM) return;
+    fold_perturbations(f, leaf, shown, factor, record, box);
+    fold_lifts(f, leaf, shown, factor, box);
 }
 
 // Where quadrics are all >= 0 their weighted sum is: three slabs, each without an end, give an ellipsoid around a box. Two
@@ -439,8 +534,16 @@ bool view_same_geometry(const Layout *layout, const double *values, const double
     for (uint32_t k = 0; k < plan->leaf_count; k++) {
         const PlanLeaf *leaf = &plan->leaves[k];
         if (leaf->shown != NO_SLOT && values[leaf->shown] != others[leaf->shown]) return false;
-        size_t count = leaf->kind == LEAF_GROUP ? 0 : leaf->kind == LEAF_FIELD ? 12 : 10;
+        size_t count = leaf->kind == LEAF_GROUP ? 0 : leaf->kind == LEAF_SHEET || leaf->kind == LEAF_FIELD ? 12 : 10;
         if (count && memcmp(values + leaf->quadric, others + leaf->quadric, count * sizeof *values)) return false;
+    }
+    for (uint32_t k = 0; k < plan->patch_count; k++)
+        if (memcmp(values + plan->patches[k].box, others + plan->patches[k].box, 7 * sizeof *values)) return false;
+    for (uint32_t k = 0; k < plan->lift_count; k++) {
+        const PlanLift *lift = &plan->lifts[k];
+        bool same = values[lift->strength] == others[lift->strength] && values[lift->low] == others[lift->low] &&
+                    values[lift->high] == others[lift->high];
+        if (!same || memcmp(values + lift->frame, others + lift->frame, 12 * sizeof *values)) return false;
     }
     for (uint32_t k = 0; k < plan->perturbation_count; k++) {
         const PlanPerturbation *p = &plan->perturbations[k];

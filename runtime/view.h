@@ -20,6 +20,8 @@
 #include "runtime/fold_field.h"
 
 // The plan's leaves and perturbations under one numbering (PlanNode in shared.h), and the items that tiles choose from.
+struct PatchCells;
+
 typedef struct Layout {
     const Plan *plan;
     PlanNode *nodes;         // record_count
@@ -29,6 +31,7 @@ typedef struct Layout {
     uint32_t *components, *perturbations; // of the plan, as they are numbered (runtime/spatial.h)
     Box *boxes;              // of each number, while folding
     FieldTables fields;
+    const struct PatchCells *const *cells; // of the plan's patches, borrowed; NULL among them, or NULL: not solved
 } Layout;
 
 // False if there is no memory, or if groups that stand in groups that … make more than 2^28 records.

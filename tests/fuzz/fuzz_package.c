@@ -61,7 +61,7 @@ static void use(Package *package)
     double camera[15];
     if (frame_evaluate(plan, &(FrameInput){.time = 0.5, .frame = 12}, values, &error)) {
         memcpy(camera, values + plan->camera, sizeof camera);
-        framing_camera(plan, &values, 1, 64, 48, camera);
+        framing_camera(plan, &values, NULL, 1, 64, 48, camera);
     }
     free(values);
     size_t size;

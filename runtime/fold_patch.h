@@ -1,0 +1,54 @@
+// Patches seen in a view: the records and boxes of their cells (kernels/shared.h), from their Bézier points in double.
+//
+// A cell of a lift is what it is in every view: its points times the strength; where it is on a ray follows from the
+// LiftRecord. A cell of a sheet has its points moved to the view's p. Boxes hold what a cell may add or show, with a
+// margin for floats; one that reaches behind the eye has no end.
+#ifndef SCN_RUNTIME_FOLD_PATCH_H
+#define SCN_RUNTIME_FOLD_PATCH_H
+
+#include "compiler/plan.h"
+#include "kernels/shared.h"
+#include "runtime/fold.h"
+#include "runtime/patch_cells.h"
+#include "runtime/view.h"
+
+// Where a lift is: its frame, the caps between which it acts, and how many cells a side it has.
+typedef struct LiftPlace {
+    double frame[12], inverse[12]; // to the world and back
+    double low, high;
+    double strength;
+    int count;
+    bool automatic; // the caps follow the patch, and what lies beside them is cut off by others
+    bool flat;      // the frame flattens space: nothing is lifted
+} LiftPlace;
+
+// `cells` may be NULL: a patch that is not solved is flat.
+void lift_place(const Plan *plan, const double *values, const PlanLift *lift, const PatchCells *cells,
+                LiftPlace *place);
+void lift_record(const LiftPlace *place, const ScreenMap *map, LiftRecord *record);
+void lift_cell(const LiftPlace *place, const PatchCells *cells, int i, int j, double factor, CellRecord *record);
+// Between which heights of the frame a cell can matter: F of the leaf without its lifts is bounded in slices of the cell's
+// column, and where it is so large, or so small, that the cell cannot change its sign, the cell is left out.
+#define BAND_PERTURBATIONS 32 // of a leaf, up to which its cells are bounded
+
+// The quadrics of a leaf in the coordinates of a lift's frame: the base, then its perturbations.
+typedef struct FramedLeaf {
+    double quadrics[1 + BAND_PERTURBATIONS][10], strengths[1 + BAND_PERTURBATIONS];
+    uint32_t count;
+    bool known; // few enough, and finite
+} FramedLeaf;
+void framed_leaf(const Plan *plan, const double *values, const PlanLeaf *leaf, const LiftPlace *place,
+                 FramedLeaf *framed);
+
+typedef struct LiftBand {
+    double low, high; // low > high: nowhere
+} LiftBand;
+LiftBand lift_band(const FramedLeaf *leaf, const LiftPlace *place, const PatchCells *cells, int i, int j);
+void lift_cell_box(const LiftPlace *place, const LiftBand *band, int i, int j, const Projection *projection, Box *box);
+void lift_box(const LiftPlace *place, const Projection *projection, Box *box); // of all cells
+
+// A cell of a sheet that `map` moves to the world. `records` may be NULL.
+void sheet_cell(const PatchCells *cells, int i, int j, const double map[12], const Projection *projection,
+                CellRecord *records, Box *box);
+
+#endif

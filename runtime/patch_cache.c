@@ -1,0 +1,74 @@
+#include "runtime/patch_cache.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#define XXH_INLINE_ALL
+#include <xxhash.h>
+
+#include "runtime/plan_tables.h"
+#include "runtime/program.h"
+#include "runtime/record.h"
+
+struct PatchCache {
+    char folder[FILE_PATH_SIZE];
+    char key[33];
+};
+
+PatchCache *patch_cache_new(const PlanPatch *patch, const double *inputs)
+{
+    PatchCache *cache = calloc(1, sizeof *cache);
+    if (!cache) return NULL;
+    Record record = {.writing = true};
+    plan_patch_record(&record, (PlanPatch *)(uintptr_t)patch);
+    record_f64s(&record, (double *)(uintptr_t)inputs, patch->program->input_count);
+    const char *version = SCN_VERSION;
+    record_text(&record, &version);
+    bool ok = !record.bad && program_cache_folder(cache->folder, sizeof cache->folder);
+    if (ok) {
+        XXH128_canonical_t canonical;
+        XXH128_canonicalFromHash(&canonical, XXH3_128bits(record.bytes, record.size));
+        for (int k = 0; k < 16; k++) sprintf(cache->key + 2 * k, "%02x", canonical.digest[k]);
+    }
+    record_release(&record);
+    if (ok) return cache;
+    patch_cache_free(cache);
+    return NULL;
+}
+
+void patch_cache_free(PatchCache *cache)
+{
+    free(cache);
+}
+
+static bool path_of(const PatchCache *cache, uint64_t steps, char *path, size_t size)
+{
+    int length = snprintf(path, size, "%s/patch-%s-%llu", cache->folder, cache->key, (unsigned long long)steps);
+    return length > 0 && (size_t)length < size;
+}
+
+void patch_cache_store(const PatchCache *cache, uint64_t steps, const void *bytes, size_t size)
+{
+    char path[FILE_PATH_SIZE];
+    WholeFile file;
+    if (!path_of(cache, steps, path, sizeof path) || !access(path, F_OK) || !make_folders(cache->folder)) return;
+    if (!whole_open(&file, path, NULL, NULL)) return;
+    if (whole_write(&file, bytes, size, NULL))
+        whole_finish(&file, NULL);
+    else
+        whole_drop(&file);
+}
+
+bool patch_cache_load(const PatchCache *cache, uint64_t least, uint64_t most, uint64_t *steps, FileBytes *file)
+{
+    char path[FILE_PATH_SIZE];
+    for (uint64_t k = most / PATCH_CACHE_STEPS * PATCH_CACHE_STEPS; k > least && k > 0; k -= PATCH_CACHE_STEPS) {
+        if (!path_of(cache, k, path, sizeof path)) return false;
+        if (access(path, R_OK) || !bytes_open(file, path, NULL)) continue;
+        *steps = k;
+        return true;
+    }
+    return false;
+}
