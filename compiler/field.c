@@ -255,9 +255,9 @@ static void leave(FieldValue *top, const double *inverse)
 
 FieldValue field_at(FieldCode code, const double *values, const double point[3])
 {
-    FieldValue stack[FIELD_STACK_MAX];
+    FieldValue stack[FIELD_STACK_MAX + 1]; // below the first there is nothing
     Frame frames[FIELD_POINTS_MAX + 1];
-    FieldValue *top = stack - 1;
+    FieldValue *top = stack;
     Frame *frame = frames;
     memcpy(frame->point, point, sizeof frame->point);
     for (const uint32_t *w = code.words; w < code.words + code.count;) {

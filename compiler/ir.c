@@ -63,6 +63,7 @@ Ir *ir_new(Arena *arena)
     ir->arena = arena;
     ir->table = arena_new(arena, IrTable);
     ir->nodes = grown(arena, NULL, 0, &ir->capacity, 1, sizeof *ir->nodes);
+    ir->operands = grown(arena, NULL, 0, &ir->operand_capacity, 1, sizeof *ir->operands);
     ir->count = 1; // 0 is "none"
     ir->fps = 24;
     return ir;
