@@ -212,7 +212,7 @@ typedef struct Kept {
 } Kept;
 
 // Fills `kept` of a perturbation of any kind. What adds to its free form moves *first and *far to where it begins and ends; 0 if that is not near.
-static int keep_any(Kept *kept, __global const QuadricRecord *r, FLOAT u, FLOAT v, FLOAT start, FLOAT limit, FLOAT *first, FLOAT *far)
+static NOINLINE int keep_any(Kept *kept, __global const QuadricRecord *r, FLOAT u, FLOAT v, FLOAT start, FLOAT limit, FLOAT *first, FLOAT *far)
 {
     int outside = (r->flags & RECORD_OUTSIDE) != 0, general = (r->flags & RECORD_GENERAL) != 0;
     Roots roots = record_roots(r, u, v);

@@ -56,9 +56,10 @@ INLINE INT bernstein_falls(const Bernstein *b)
 // step is short and what bends the curve on it hardly matters, so that the step after it would be nothing to a float; a short step alone says little
 // where the curve is flat, since there steps of any kind creep. Lanes that have not settled after ROOT_STEPS halve their bracket at every other step, so
 // that ROOT_LIMIT steps end within 1e-5 of any root.
+// Out of line: a call costs nothing beside its steps, and three copies would take a tenth of a second to compile.
 #define ROOT_STEPS 6
 #define ROOT_LIMIT 40
-INLINE FLOAT bernstein_root(const Bernstein *b, INT live)
+static NOINLINE FLOAT bernstein_root(const Bernstein *b, INT live)
 {
     FLOAT b1 = 6.0f * b->c1, b2 = 15.0f * b->c2, b3 = 20.0f * b->c3, b4 = 15.0f * b->c4, b5 = 6.0f * b->c5;
     INT mirrored = ((b->c0 + b1) + (b2 + b3)) + ((b4 + b5) + b->c6) < 0.0f;
@@ -92,6 +93,59 @@ INLINE FLOAT bernstein_root(const Bernstein *b, INT live)
     return mirrored ? 1.0f - s : s;
 }
 
+// What bernstein_first() knows of its lanes: where the sign changes once, the piece [left, left + span] of the polynomial.
+typedef struct Pieces {
+    Bernstein b;
+    FLOAT left, span, found;
+    INT live;
+} Pieces;
+
+// Narrows the lanes whose sign may change more than once to a piece with one change: cuts what lies before the steepest chord from the first
+// coefficient, which the polynomial stays below; where that gains little, halves. Few packets have such lanes, and every copy of this takes long to compile.
+static NOINLINE void bernstein_narrow(const Bernstein *whole, INT many, Pieces *pieces)
+{
+    Bernstein b = *whole;
+    FLOAT left = 0.0f, span = 1.0f, found = pieces->found;
+    INT live = pieces->live;
+    FLOAT tolerance = 1e-6f * bernstein_largest(whole);
+    for (int step = 0; step < 48; step++) {
+        FLOAT slope = most(most(6.0f * (b.c1 - b.c0), 3.0f * (b.c2 - b.c0)),
+                          most(most(2.0f * (b.c3 - b.c0), 1.5f * (b.c4 - b.c0)), most(1.2f * (b.c5 - b.c0), b.c6 - b.c0)));
+        FLOAT cut = many ? least(-b.c0 * (0.9999f * rough_reciprocal(slope)), 1.0f) : (FLOAT)(0.0f);
+        b = bernstein_choose(many, bernstein_right(b, cut), b);
+        left += cut * span;
+        span -= cut * span;
+        b.c0 = many ? least(b.c0, 0.0f) : b.c0;
+        INT halve = many & (cut < 0.2f);
+        if (ANY(halve)) {
+            Bernstein half_piece = bernstein_mirror(bernstein_right(bernstein_mirror(b), (FLOAT)(0.5f)));
+            b = bernstein_choose(halve, half_piece, b);
+            span = halve ? 0.5f * span : span;
+        }
+        // A short piece whose sign is still open touches 0 as far as floats can tell: it counts only if it does.
+        INT tangent = many & (span < 1e-5f);
+        INT touches = tangent & (b.c0 >= -tolerance);
+        found = touches ? left : found;
+        live = live & !touches;
+        many = many & !touches;
+        // A piece without a root: go on with all that is left.
+        INT empty = many & (tangent | (bernstein_highest(&b) <= 0.0f));
+        if (ANY(empty)) {
+            left = empty ? left + span : left;
+            span = empty ? 1.0f - left : span;
+            b = bernstein_choose(empty, bernstein_right(*whole, left), b);
+            INT positive = empty & (b.c0 > 0.0f) & (span > 0.0f);
+            found = positive ? left : found;
+            INT over = positive | (empty & (bernstein_highest(&b) <= 0.0f)) | (empty & (span < 1e-6f));
+            live = live & !over;
+            many = many & !over;
+        }
+        many = many & bernstein_falls(&b);
+        if (!ANY(many)) break;
+    }
+    *pieces = (Pieces){b, left, span, found, live & !many};
+}
+
 // The first s in [0, 1] from which on the polynomial is positive; infinity where there is none, or where not live. With `exists` the answer
 // is only finite or not.
 INLINE FLOAT bernstein_first(const Bernstein *whole, INT live, int exists)
@@ -107,51 +161,12 @@ INLINE FLOAT bernstein_first(const Bernstein *whole, INT live, int exists)
     }
     if (!ANY(live)) return found;
 
-    // Narrow the lanes whose sign may change more than once to a piece [left, left + span] with one change: cut what lies before the
-    // steepest chord from the first coefficient, which the polynomial stays below; where that gains little, halve.
-    Bernstein b = *whole;
-    FLOAT left = 0.0f, span = 1.0f;
-    INT many = live & bernstein_falls(&b);
+    Pieces pieces = {*whole, 0.0f, 1.0f, found, live};
+    INT many = live & bernstein_falls(whole);
     if (ANY(many)) {
-        FLOAT tolerance = 1e-6f * bernstein_largest(whole);
-        for (int step = 0; step < 48; step++) {
-            FLOAT slope = most(most(6.0f * (b.c1 - b.c0), 3.0f * (b.c2 - b.c0)),
-                              most(most(2.0f * (b.c3 - b.c0), 1.5f * (b.c4 - b.c0)), most(1.2f * (b.c5 - b.c0), b.c6 - b.c0)));
-            FLOAT cut = many ? least(-b.c0 * (0.9999f * rough_reciprocal(slope)), 1.0f) : (FLOAT)(0.0f);
-            b = bernstein_choose(many, bernstein_right(b, cut), b);
-            left += cut * span;
-            span -= cut * span;
-            b.c0 = many ? least(b.c0, 0.0f) : b.c0;
-            INT halve = many & (cut < 0.2f);
-            if (ANY(halve)) {
-                Bernstein half_piece = bernstein_mirror(bernstein_right(bernstein_mirror(b), (FLOAT)(0.5f)));
-                b = bernstein_choose(halve, half_piece, b);
-                span = halve ? 0.5f * span : span;
-            }
-            // A short piece whose sign is still open touches 0 as far as floats can tell: it counts only if it does.
-            INT tangent = many & (span < 1e-5f);
-            INT touches = tangent & (b.c0 >= -tolerance);
-            found = touches ? left : found;
-            live = live & !touches;
-            many = many & !touches;
-            // A piece without a root: go on with all that is left.
-            INT empty = many & (tangent | (bernstein_highest(&b) <= 0.0f));
-            if (ANY(empty)) {
-                left = empty ? left + span : left;
-                span = empty ? 1.0f - left : span;
-                b = bernstein_choose(empty, bernstein_right(*whole, left), b);
-                INT positive = empty & (b.c0 > 0.0f) & (span > 0.0f);
-                found = positive ? left : found;
-                INT over = positive | (empty & (bernstein_highest(&b) <= 0.0f)) | (empty & (span < 1e-6f));
-                live = live & !over;
-                many = many & !over;
-            }
-            many = many & bernstein_falls(&b);
-            if (!ANY(many)) break;
-        }
-        live = live & !many;
-        if (!ANY(live)) return found;
+        bernstein_narrow(whole, many, &pieces);
+        if (!ANY(pieces.live)) return pieces.found;
     }
-    if (exists) return live ? left : found;
-    return live ? left + span * bernstein_root(&b, live) : found;
+    if (exists) return pieces.live ? pieces.left : pieces.found;
+    return pieces.live ? pieces.left + pieces.span * bernstein_root(&pieces.b, pieces.live) : pieces.found;
 }

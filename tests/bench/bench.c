@@ -297,17 +297,17 @@ static void big_union(const Options *o, Arena *arena, int count, bool balls, cJS
 // which no box bounds.
 #define CROWD_HEAD                                                               \
     "scn 1;\ncamera { eye: (14, 12, 30); look_at: (0, 0, 0); fov: 40deg; }\n"    \
-    "light sun { direction: (-0.9, -1, -0.35); }\n"                              \
-    "fn hash(k: scalar) -> scalar { mod(sin(k * 12.9898rad) * 43758.5453, 1) }\n" \
-    "scene {\n"
+    "light sun { direction: (-0.9, -1, -0.35); }\n"
 #define GROOVE(axis) "            perturb(slab(" axis ": at - 0.2 .. at + 0.2), strength: -8000);\n"
 static const char *const crowds[][2] = { // a name and a scene
     {"scattered-100000", CROWD_HEAD
+     "fn hash(k: scalar) -> scalar { mod(sin(k * 12.9898rad) * 43758.5453, 1) }\n"
+     "scene {\n"
      "    for k in 0..100000 {\n"
      "        sphere(0.03).move(20 * hash(k) - 10, 20 * hash(k + 0.37) - 10, 20 * hash(k + 0.71) - 10);\n"
      "    }\n}\n"},
     {"slabs-54", CROWD_HEAD
-     "    freeform(sphere(9)) {\n        for k in 0..18 {\n            let at = -7.65 + 0.9 * k;\n" GROOVE("x") GROOVE("y") GROOVE("z")
+     "scene {\n    freeform(sphere(9)) {\n        for k in 0..18 {\n            let at = -7.65 + 0.9 * k;\n" GROOVE("x") GROOVE("y") GROOVE("z")
      "        }\n    }\n}\n"},
 };
 
