@@ -40,7 +40,7 @@ static bool test_rates(Eval *e, const Node *node, const Call *call, const Value 
     if (kind == KIND_FUNCTION || call->callee->id == BUILTIN_FIELD) return true;
     for (uint32_t i = 0; i < call->callee->count; i++) {
         if (type_bad(args[i].type) || !varies_at_point(e, &args[i])) continue;
-        if (patch_takes_points(call->callee->id, i)) continue;
+        if (patch_takes_points(call->callee->id, i) || takes_points(call->callee->id, i)) continue;
         const Node *at = bound_node(call, i, node);
         const char *name = call->callee->parameters[i].name;
         if (call->callee->id == BUILTIN_MORPH || call->callee->id == BUILTIN_MATERIAL ||
@@ -57,9 +57,7 @@ static bool test_rates(Eval *e, const Node *node, const Call *call, const Value 
     return true;
 }
 
-// A const argument between two bounds, the lower one excluded if `above`. What is not known yet is tested in each
-// frame.
-static void test_bounds(Eval *e, const Node *at, Scalar s, double low, bool above, double high, const char *what)
+void test_bounds(Eval *e, const Node *at, Scalar s, double low, bool above, double high, const char *what)
 {
     if (s.id) {
         Scalar holds = scalar_op2(e, above ? OP_LT : OP_LE, at, scalar_of(low), s);
@@ -440,6 +438,14 @@ void default_lights(Eval *e, List *lights)
 
 // --- all of them
 
+// A width that is known to be 0 is none.
+static bool is_blended(const Call *call, const Value *args)
+{
+    enum { BLEND = 1, STYLE };
+    if (call->callee->count <= STYLE || args[0].list.count < 2) return false;
+    return args[BLEND].scalar.id || args[BLEND].scalar.number != 0 || strcmp(args[STYLE].string, "smooth") != 0;
+}
+
 Value eval_builtin(Eval *e, const Node *node, const Call *call, const Value *receiver)
 {
     const Callable *callee = call->callee;
@@ -467,7 +473,7 @@ Value eval_builtin(Eval *e, const Node *node, const Call *call, const Value *rec
     }
     if (!test_rates(e, node, call, args)) return value_bad();
     switch (builtins[callee->id].kind) {
-    case KIND_SET: return eval_set(e, node, call, &args[0]);
+    case KIND_SET: return is_blended(call, args) ? eval_blend(e, node, call, args) : eval_set(e, node, call, &args[0]);
     case KIND_MODIFIER: return eval_modifier(e, node, call, args);
     case KIND_FUNCTION:
         if (callee->id == BUILTIN_KEYS) return eval_keys(e, node, call, args);
@@ -479,6 +485,8 @@ Value eval_builtin(Eval *e, const Node *node, const Call *call, const Value *rec
     case BUILTIN_QUADRIC: return eval_quadric(e, node, args);
     case BUILTIN_MORPH: return eval_morph(e, node, call, args);
     case BUILTIN_FIELD: return eval_field(e, node, call, args);
+    case BUILTIN_OFFSET:
+    case BUILTIN_SHELL: return eval_operation(e, node, call, args);
     case BUILTIN_PERTURB: return eval_perturb(e, node, call, args);
     case BUILTIN_CAMERA: return eval_camera(e, node, call, args);
     case BUILTIN_LIGHT: return eval_light(e, node, call, args);

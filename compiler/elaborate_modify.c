@@ -248,6 +248,11 @@ Value eval_modifier(Eval *e, const Node *node, const Call *call, const Value *ar
                           ir_node_text(e->ir, OP_NAMED, span, &args[0].id, 1,
                                        arena_text(&e->unit->arena, args[1].string, strlen(args[1].string))));
     }
+    case BUILTIN_TWIST:
+    case BUILTIN_BEND:
+    case BUILTIN_TAPER:
+    case BUILTIN_STRETCH:
+    case BUILTIN_ATTRACT: return eval_operation(e, node, call, args);
     case BUILTIN_SHOW: return eval_show(e, node, &args[0], args[1].scalar);
     default:
         assert(call->callee->id == BUILTIN_HIDE && "check() reports what is not there yet");

@@ -9,6 +9,7 @@
 //   elaborate_morph.c     morphs of objects
 //   elaborate_built.c     calls of what is built in: sets, perturbations, things
 //   elaborate_modify.c    modifiers
+//   elaborate_operation.c offsets, blends, warps
 //   elaborate_patch.c     patches and their parts
 //   elaborate_answer.c    answers about objects: places on surfaces
 //   elaborate_math.c      functions of numbers, vectors, colors
@@ -164,10 +165,17 @@ void each_case(Eval *e, const Node *node, EvalCase *each, void *whose); // in th
 Value eval_builtin(Eval *e, const Node *node, const Call *call, const Value *receiver);
 Value eval_modifier(Eval *e, const Node *node, const Call *call, const Value *args);
 Value eval_function(Eval *e, const Node *node, const Call *call, const Value *args);
+// A const argument between two bounds, the lower one excluded if `above`. What is not known yet is tested in each frame.
+void test_bounds(Eval *e, const Node *at, Scalar s, double low, bool above, double high, const char *what);
 Value default_camera(Eval *e);
 Value default_background(Eval *e);
 void default_lights(Eval *e, List *lights);
 IrId transform_parts(Eval *e, const Node *at, IrOp op, IrId part, IrId matrix);
+
+// --- elaborate_operation.c
+Value eval_operation(Eval *e, const Node *node, const Call *call, const Value *args); // offset, shell, twist, …, attract
+Value eval_blend(Eval *e, const Node *node, const Call *call, const Value *args);     // of a set with a width or a style
+bool takes_points(uint16_t builtin, uint32_t argument); // whether an argument of an operation may be of point rate
 
 // --- elaborate_patch.c
 Value eval_patch_thing(Eval *e, const Node *node, const Call *call, const Value *args);

@@ -5,7 +5,7 @@
 // --- what it is made of
 
 // Operands come before what uses them: a sweep down marks what of point rate the expression reaches.
-static bool *reached_points(const Ir *ir, IrId expression, Arena *scratch)
+bool *expression_reached(const Ir *ir, IrId expression, Arena *scratch)
 {
     bool *reached = arena_array(scratch, bool, expression + 1);
     reached[expression] = ir_at(ir, expression)->rate == RATE_POINT;
@@ -26,7 +26,7 @@ static bool is_known(IrOp op)
 IrOp expression_unknown(const Ir *ir, IrId expression)
 {
     Arena scratch = {0};
-    const bool *reached = reached_points(ir, expression, &scratch);
+    const bool *reached = expression_reached(ir, expression, &scratch);
     IrOp unknown = OP_NONE;
     for (IrId id = 1; id <= expression && !unknown; id++) {
         if (reached[id] && !is_known((IrOp)ir_at(ir, id)->op)) unknown = (IrOp)ir_at(ir, id)->op;
@@ -63,7 +63,7 @@ static IrId rebuilt(Substitution *s, IrId id)
 IrId expression_substitute(Ir *ir, IrId expression, const IrId coordinates[3])
 {
     Substitution s = {.ir = ir, .coordinates = coordinates};
-    const bool *reached = reached_points(ir, expression, &s.scratch);
+    const bool *reached = expression_reached(ir, expression, &s.scratch);
     s.results = arena_array(&s.scratch, IrId, expression + 1);
     for (IrId id = 1; id <= expression; id++) {
         if (reached[id]) s.results[id] = rebuilt(&s, id);
@@ -143,4 +143,13 @@ IrId expression_perturbed(Ir *ir, const IrId *operands, uint32_t count)
         sum = ir_op2(ir, OP_ADD, span, sum, times(ir, span, ir_operand(ir, operands[k], 1), cube));
     }
     return ir_op1(ir, OP_FIELD, span, sum);
+}
+
+IrId expression_mixed(Ir *ir, Span span, IrId a, IrId b, IrId t)
+{
+    if (a == b) return a;
+    IrId one = ir_const(ir, 1), zero = ir_const(ir, 0), rest = ir_op2(ir, OP_SUB, span, one, t);
+    IrId sum = ir_op2(ir, OP_ADD, span, times(ir, span, rest, a), times(ir, span, t, b));
+    sum = ir_op3(ir, OP_SELECT, span, ir_op2(ir, OP_LE, span, one, t), b, sum);
+    return ir_op3(ir, OP_SELECT, span, ir_op2(ir, OP_LE, span, t, zero), a, sum);
 }

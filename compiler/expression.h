@@ -25,4 +25,10 @@ IrId expression_of_base(Ir *ir, IrId base);
 // the sum of all s max(Q + c, 0)³, as a FIELD. With one operand it is the base as it is.
 IrId expression_perturbed(Ir *ir, const IrId *operands, uint32_t count);
 
+// (1 - t) a + t b; where t is 0 or 1 it is a or b, also where the other is undefined.
+IrId expression_mixed(Ir *ir, Span span, IrId a, IrId b, IrId t);
+
+// What of point rate the expression is made of: flags by id up to the expression, in the scratch arena.
+bool *expression_reached(const Ir *ir, IrId expression, Arena *scratch);
+
 #endif

@@ -59,6 +59,40 @@ static void add_perturbation(Walk *walk, IrId perturbation, bool negative)
     add_operand(walk, perturbation);
 }
 
+// A perturbation whose quadric is a number adds a number everywhere, s max(c, 0)³: the base's free term takes it, and the
+// class stays.
+static bool is_level(const Ir *ir, IrId perturbation)
+{
+    IrId matrix, q = leaf_function(ir, ir_operand(ir, perturbation, 0), &matrix);
+    for (uint32_t k = 0; k < 9; k++) {
+        double value;
+        if (!ir_is_const(ir, ir_operand(ir, q, k), &value) || value != 0) return false;
+    }
+    return true;
+}
+
+static IrId level_of(Ir *ir, IrId perturbation)
+{
+    IrId matrix, q = leaf_function(ir, ir_operand(ir, perturbation, 0), &matrix);
+    Span span = ir_at(ir, perturbation)->span;
+    IrId c = ir_op2(ir, OP_MAX, span, ir_operand(ir, q, 9), ir_const(ir, 0));
+    IrId cube = ir_op2(ir, OP_MUL, span, ir_op2(ir, OP_MUL, span, c, c), c);
+    return ir_op2(ir, OP_MUL, span, ir_operand(ir, perturbation, 1), cube);
+}
+
+static void join_levels(Walk *walk)
+{
+    Deformations *d = walk->pass;
+    uint32_t kept = 1;
+    for (uint32_t k = 1; k < d->count; k++) {
+        if (is_level(walk->ir, d->operands[k]))
+            d->operands[0] = leaf_grow_base(walk->ir, d->operands[0], level_of(walk->ir, d->operands[k]));
+        else
+            d->operands[kept++] = d->operands[k];
+    }
+    d->count = kept;
+}
+
 static IrId deformed(Walk *walk, IrId base, uint32_t context)
 {
     Deformations *d = walk->pass;
@@ -74,6 +108,7 @@ static IrId deformed(Walk *walk, IrId base, uint32_t context)
         for (uint32_t k = 1; k < count; k++) add_perturbation(walk, ir_operand(walk->ir, list.b, k), negative);
         context = list.a;
     }
+    join_levels(walk);
     IrId matrix;
     if (ir_at(walk->ir, leaf_function(walk->ir, base, &matrix))->op == OP_FIELD)
         return expression_perturbed(walk->ir, d->operands, d->count);
