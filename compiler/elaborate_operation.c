@@ -67,6 +67,14 @@ static Value object_or_report(Operation *o, IrId id)
     return value_bad();
 }
 
+static bool refuse_patched(Operation *o, IrId object)
+{
+    if (!object_is_patched(o->ir, object)) return false;
+    complain(o->e, o->node, DIAG_NOT_YET,
+             "offsets, blends and warps of sheets and of what patches displace are not there yet in this version of scn");
+    return true;
+}
+
 // --- offsets
 
 // F + c. A number is a perturbation that reaches everywhere, 1 cubed times c, so that the class stays what it is; what
@@ -260,6 +268,9 @@ Value eval_blend(Eval *e, const Node *node, const Call *call, const Value *args)
         return value_bad();
     }
     test_bounds(e, bound_node(call, BLEND, node), args[BLEND].scalar, 0, false, INFINITY, "the width of a blend is at least 0");
+    for (uint32_t k = 0; k < args[OBJECTS].list.count; k++) {
+        if (refuse_patched(&o, args[OBJECTS].list.items[k].id)) return value_bad();
+    }
     IrId result = object_leaves(o.ir, args[OBJECTS].list.items[0].id);
     for (uint32_t k = 1; k < args[OBJECTS].list.count && result; k++) {
         if (!count_item(e, node)) return value_bad();
@@ -363,6 +374,7 @@ static Value eval_warp(Operation *o, const Call *call, const Value *args)
 Value eval_operation(Eval *e, const Node *node, const Call *call, const Value *args)
 {
     Operation o = operation_at(e, node);
+    if (refuse_patched(&o, args[0].id)) return value_bad();
     switch (call->callee->id) {
     case BUILTIN_OFFSET: return eval_offset(&o, call, args);
     case BUILTIN_SHELL: return eval_shell(&o, call, args);

@@ -228,6 +228,23 @@ bool object_may_hide(const Ir *ir, IrId leaves)
     return has_any(ir, leaves, OP_SHOW, OP_EMPTY);
 }
 
+bool object_is_patched(const Ir *ir, IrId object)
+{
+    Arena scratch = {0};
+    bool *reached = arena_array(&scratch, bool, object + 1), found = false;
+    reached[object] = true;
+    for (IrId id = object; id > 0 && !found; id--) {
+        if (!reached[id]) continue;
+        found = ir_at(ir, id)->op == OP_SHEET || ir_at(ir, id)->op == OP_LIFT;
+        for (uint32_t k = 0; k < ir_at(ir, id)->count; k++) {
+            IrType type = (IrType)ir_at(ir, ir_operand(ir, id, k))->type;
+            if (type == IR_FIELD || type == IR_PERTURBATION) reached[ir_operand(ir, id, k)] = true;
+        }
+    }
+    arena_release(&scratch);
+    return found;
+}
+
 // --- derivatives
 
 typedef struct Slope {

@@ -41,6 +41,9 @@ IrId object_plus(Ir *ir, IrId leaves, IrId addend);
 bool object_has_marks(const Ir *ir, IrId leaves);
 bool object_may_hide(const Ir *ir, IrId leaves);
 
+// Whether a sheet is a part of it, or a patch displaces one: of these there are no expressions. Any object.
+bool object_is_patched(const Ir *ir, IrId object);
+
 // The derivatives of an expression by x, y and z, as expressions. At a crease they are those of the operand that decides,
 // the first where both do; where |a| and sqrt(a) have none they are 0.
 void expression_gradient(Ir *ir, IrId expression, IrId gradient[3]);

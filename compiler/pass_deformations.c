@@ -63,6 +63,7 @@ static void add_perturbation(Walk *walk, IrId perturbation, bool negative)
 // class stays.
 static bool is_level(const Ir *ir, IrId perturbation)
 {
+    if (ir_at(ir, perturbation)->op != OP_PERTURB) return false;
     IrId matrix, q = leaf_function(ir, ir_operand(ir, perturbation, 0), &matrix);
     for (uint32_t k = 0; k < 9; k++) {
         double value;
