@@ -43,7 +43,7 @@ static bool test_rates(Eval *e, const Node *node, const Call *call, const Value 
         if (patch_takes_points(call->callee->id, i) || takes_points(call->callee->id, i)) continue;
         const Node *at = bound_node(call, i, node);
         const char *name = call->callee->parameters[i].name;
-        if (call->callee->id == BUILTIN_MORPH || call->callee->id == BUILTIN_MATERIAL ||
+        if (call->callee->id == BUILTIN_MATERIAL ||
             call->callee->id == BUILTIN_BACKGROUND || call->callee->id == BUILTIN_PAINT_COLOR) {
             complain(e, at, DIAG_NOT_YET,
                      "a %s that differs from point to point is not there yet in this version of scn", name);
@@ -109,12 +109,7 @@ static Value eval_quadric(Eval *e, const Node *node, const Value *args)
 
 static Value eval_field(Eval *e, const Node *node, const Call *call, const Value *args)
 {
-    IrOp unknown = args[0].scalar.id ? expression_unknown(e->ir, args[0].scalar.id) : OP_NONE;
-    if (unknown) {
-        complain(e, bound_node(call, 0, node), DIAG_NOT_YET,
-                 "%s at a point of a field is not there yet in this version of scn", ir_ops[unknown].name);
-        return value_bad();
-    }
+    if (!knows_expression(e, bound_node(call, 0, node), args[0].scalar)) return value_bad();
     return value_node(TYPE_OBJECT, ir_op1(e->ir, OP_FIELD, span_of(e, node), scalar_id(e, args[0].scalar)));
 }
 

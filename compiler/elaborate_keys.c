@@ -207,6 +207,12 @@ Value eval_keys(Eval *e, const Node *node, const Call *call, const Value *args)
     if (k.bad || e->stop) return value_bad();
     if (type_is(call->result, TYPE_STRING)) return held_string(e, &k);
     if (type_is(call->result, TYPE_MATERIAL)) return keyed_material(e, &k);
+    if (type_is(call->result, TYPE_OBJECT) && at_point(e, k.driver)) {
+        complain(e, bound_node(call, 0, node), DIAG_NOT_YET,
+                 "keys of objects whose driver differs from point to point are not there yet in this version of scn: "
+                 "write morph(a, b, weight)");
+        return value_bad();
+    }
     if (type_is(call->result, TYPE_OBJECT)) return keyed_object(e, &k);
     return keyed_numbers(e, &k);
 }

@@ -6,6 +6,8 @@
 #include <assert.h>
 
 #include "compiler/evaluator.h"
+#include "compiler/expression.h"
+#include "compiler/object.h"
 
 // Of a morph of sets each leaf of one is joined with each of the other.
 enum { MORPH_LEAVES_MAX = 100000, MORPH_DEPTH_MAX = 1000 };
@@ -21,7 +23,7 @@ static MorphSize size_of(const Eval *e, IrId id)
     const IrNode *node = ir_at(e->ir, id);
     const MorphSize *sizes = e->morph_sizes;
     if (node->type != IR_FIELD) return (MorphSize){0};
-    if (node->op == OP_QUADRIC || node->op == OP_EMPTY) return (MorphSize){1, 0, false};
+    if (node->op == OP_QUADRIC || node->op == OP_FIELD || node->op == OP_EMPTY) return (MorphSize){1, 0, false};
     if (node->op == OP_SHEET) return (MorphSize){1, 0, true};
     MorphSize first = sizes[ir_operand(e->ir, id, 0)];
     for (uint32_t k = 1; k < node->count; k++) first.patched |= ir_at(e->ir, ir_operand(e->ir, id, k))->op == OP_LIFT;
@@ -57,12 +59,6 @@ static MorphSize morph_size(Eval *e, IrId id)
 
 static bool can_be_morphed(Eval *e, const Node *at, IrId a, IrId b)
 {
-    if (ir_at(e->ir, a)->class == CLASS_GENERAL || ir_at(e->ir, b)->class == CLASS_GENERAL) {
-        complain(e, at, DIAG_NOT_YET,
-                 "a morph of general fields is not there yet in this version of scn: morph quadrics, free forms and "
-                 "sets of them");
-        return false;
-    }
     if (morph_size(e, a).patched || morph_size(e, b).patched) {
         complain(e, at, DIAG_NOT_YET,
                  "a morph of sheets and of what patches displace is not there yet in this version of scn");
@@ -92,6 +88,30 @@ IrId morph_objects(Eval *e, const Node *at, IrId a, IrId b, Scalar t)
     return ir_op3(e->ir, OP_MORPH, span_of(e, at), a, b, scalar_id(e, t));
 }
 
+// A weight that differs from point to point makes one field of both.
+static Value morph_at_points(Eval *e, const Node *node, IrId a, IrId b, IrId t)
+{
+    if (object_is_patched(e->ir, a) || object_is_patched(e->ir, b)) {
+        complain(e, node, DIAG_NOT_YET,
+                 "a morph of sheets and of what patches displace is not there yet in this version of scn");
+        return value_bad();
+    }
+    IrId one = object_leaves(e->ir, a), other = object_leaves(e->ir, b);
+    if (one && other && (object_has_marks(e->ir, one) || object_has_marks(e->ir, other))) {
+        complain(e, node, DIAG_NOT_YET,
+                 "a morph by a weight that differs from point to point is not there yet in this version of scn where a "
+                 "part has paint or a name of its own: paint the morph");
+        return value_bad();
+    }
+    IrId f = one ? object_expression(e->ir, one) : 0, g = other ? object_expression(e->ir, other) : 0;
+    if (!f || !g) {
+        complain(e, node, DIAG_TOO_MANY_ITEMS, "the objects have more than %d parts: use fewer copies", ITEMS_MAX);
+        return value_bad();
+    }
+    Span span = span_of(e, node);
+    return value_node(TYPE_OBJECT, ir_op1(e->ir, OP_FIELD, span, expression_mixed(e->ir, span, f, g, t)));
+}
+
 Value eval_morph(Eval *e, const Node *node, const Call *call, const Value *args)
 {
     Scalar t = args[2].scalar;
@@ -100,6 +120,8 @@ Value eval_morph(Eval *e, const Node *node, const Call *call, const Value *args)
                  "the weight of a morph is from 0 to 1, and this is %.6g: it is %d here", t.number, t.number > 1);
     }
     t = unit_interval(e, node, t);
+    if (!knows_expression(e, bound_node(call, 2, node), t)) return value_bad();
+    if (at_point(e, t)) return morph_at_points(e, node, args[0].id, args[1].id, scalar_id(e, t));
     IrId id = morph_objects(e, node, args[0].id, args[1].id, t);
     return id ? value_node(TYPE_OBJECT, id) : value_bad();
 }

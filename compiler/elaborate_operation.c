@@ -56,7 +56,17 @@ static bool given(const Call *call, int at)
 
 bool takes_points(uint16_t builtin, uint32_t argument)
 {
-    return builtin == BUILTIN_OFFSET && argument == OFFSET_ISO;
+    enum { MORPH_T = 2 };
+    return (builtin == BUILTIN_OFFSET && argument == OFFSET_ISO) || (builtin == BUILTIN_MORPH && argument == MORPH_T);
+}
+
+bool knows_expression(Eval *e, const Node *at, Scalar s)
+{
+    IrOp unknown = s.id ? expression_unknown(e->ir, s.id) : OP_NONE;
+    if (!unknown) return true;
+    complain(e, at, DIAG_NOT_YET, "%s at a point of a field is not there yet in this version of scn",
+             ir_ops[unknown].name);
+    return false;
 }
 
 // What a walk over the object gave; 0 is too many parts.
@@ -172,6 +182,7 @@ static Value eval_offset(Operation *o, const Call *call, const Value *args)
                  count ? "are several" : "is none");
         return value_bad();
     }
+    if (!knows_expression(o->e, bound_node(call, OFFSET_ISO, o->node), args[OFFSET_ISO].scalar)) return value_bad();
     if (given(call, OFFSET_ISO)) return offset_iso(o, args[OFFSET_OF].id, args[OFFSET_ISO].scalar);
     if (given(call, OFFSET_NORMAL)) {
         Scalar literal = args[OFFSET_UNNORMALISED].scalar;

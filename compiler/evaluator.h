@@ -175,6 +175,7 @@ IrId transform_parts(Eval *e, const Node *at, IrOp op, IrId part, IrId matrix);
 // --- elaborate_operation.c
 Value eval_operation(Eval *e, const Node *node, const Call *call, const Value *args); // offset, shell, twist, …, attract
 Value eval_blend(Eval *e, const Node *node, const Call *call, const Value *args);     // of a set with a width or a style
+bool knows_expression(Eval *e, const Node *at, Scalar s); // false after a report: F cannot be made of it
 bool takes_points(uint16_t builtin, uint32_t argument); // whether an argument of an operation may be of point rate
 
 // --- elaborate_patch.c

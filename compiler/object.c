@@ -22,7 +22,7 @@ IrId object_leaves(Ir *ir, IrId object)
     return result;
 }
 
-static IrId core_expression(Ir *ir, IrId core)
+IrId object_core_expression(Ir *ir, IrId core)
 {
     if (leaf_is_base(ir, core)) return expression_of_base(ir, core);
     uint32_t count = ir_at(ir, core)->count;
@@ -66,7 +66,7 @@ static IrId up_expression(Walk *walk, IrId id, uint32_t context)
 {
     Ir *ir = walk->ir;
     Span span = ir_at(ir, id)->span;
-    if (leaf_is_core(ir, id)) return core_expression(ir, id);
+    if (leaf_is_core(ir, id)) return object_core_expression(ir, id);
     IrId first = ir_at(ir, id)->op == OP_EMPTY ? 0 : walk_result(walk, ir_operand(ir, id, 0), context);
     switch ((IrOp)ir_at(ir, id)->op) {
     case OP_EMPTY: return ir_const(ir, OBJECT_NOWHERE);
@@ -111,7 +111,7 @@ static IrId up_rewrite(Walk *walk, IrId id, uint32_t context)
     Ir *ir = walk->ir;
     const Rewrite *r = walk->pass;
     if (!leaf_is_core(ir, id)) return walk_rebuild(walk, id, below(ir, id, context));
-    IrId changed = r->change(r->context, ir, core_expression(ir, id), context != 0);
+    IrId changed = r->change(r->context, ir, object_core_expression(ir, id), context != 0);
     return ir_op1(ir, OP_FIELD, ir_at(ir, id)->span, changed);
 }
 

@@ -23,6 +23,9 @@
 // The object with its maps and perturbations at the leaves. The others want this form.
 IrId object_leaves(Ir *ir, IrId object);
 
+// F of a core (compiler/leaf.h).
+IrId object_core_expression(Ir *ir, IrId core);
+
 // F of the whole object.
 IrId object_expression(Ir *ir, IrId leaves);
 

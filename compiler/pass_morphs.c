@@ -13,9 +13,13 @@
 // so a morph of set operations is a set operation of morphs, of each leaf of a with each of b. Nothing is approximated,
 // and rays meet it as they meet any free form.
 //
+// Where a or b is a general field so is the morph: the expression of both.
+//
 // The coefficients of a base that moves are computed in the frame; COEFFICIENT names one of them. Visibility: an
 // operand is looked at only where its weight is not 0, so what is hidden in it counts only there.
+#include "compiler/expression.h"
 #include "compiler/leaf.h"
+#include "compiler/object.h"
 #include "compiler/passes.h"
 #include "compiler/walk.h"
 
@@ -153,11 +157,21 @@ static IrId weighted(Morphs *m, IrId perturbation, IrId weight)
     return ir_op3(ir, OP_PERTURB, span, q, ir_op2(ir, OP_MUL, m->span, s, weight), grow);
 }
 
+static bool is_general(const Ir *ir, IrId core)
+{
+    IrId matrix;
+    return ir_at(ir, leaf_function(ir, base_of(ir, core), &matrix))->op == OP_FIELD;
+}
+
 static IrId mixed_core(Morphs *m, IrId a, IrId b)
 {
     Ir *ir = m->ir;
     if (!a || !b) return a ? a : b; // the other is never looked at where this one has a weight
     if (a == b) return a;
+    if (is_general(ir, a) || is_general(ir, b)) {
+        IrId f = object_core_expression(ir, a), g = object_core_expression(ir, b);
+        return ir_op1(ir, OP_FIELD, m->span, expression_mixed(ir, m->span, f, g, m->t));
+    }
     uint32_t in_a = perturbation_count(ir, a), in_b = perturbation_count(ir, b), count = 0;
     Arena scratch = {0};
     IrId *operands = arena_array(&scratch, IrId, in_a + in_b + 1);
