@@ -389,6 +389,7 @@ static bool report_known(Parser *p, const Token *found, const Expected *e)
 
 void report_unexpected(Parser *p, const Token *found, const int *expected, int count)
 {
+    if (p->filter.end_reported) return; // what does not fit now was put in at the end, where something is not closed
     Expected e = gather(expected, count);
     if (report_known(p, found, &e)) return;
     char wanted[256], here[64];

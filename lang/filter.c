@@ -212,7 +212,7 @@ static bool semicolon_comes(Filter *f)
     const Bracket *b = innermost(f);
     const Token *next = peek(f, 0);
     if (!holds_items(b) || b->item_words == 0 || next->code == ';') return false;
-    if (next->code == b->closer) return true;
+    if (next->code == b->closer || next->code == TOK_YYEOF) return true; // the end of the file closes what is open
     if (f->skipping && f->depth == f->skip_depth) {
         if (restarts_after_error(f)) return true;
         return f->last.code == '}' && b->headers == 0 && begins_item(next->code) && on_new_line(f, next);

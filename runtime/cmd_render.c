@@ -5,8 +5,10 @@
 #include <string.h>
 #include <strings.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include "runtime/command.h"
+#include "runtime/package.h"
 #include "runtime/progress.h"
 
 #define NAME_SIZE 4096
@@ -271,9 +273,22 @@ static bool wants_quick_kernels(const Job *job)
     return (double)job->width * job->height * samples * frames < 4e6;
 }
 
+// What is there and no package is not compiled to say so. scn_load() knows more about what is called one.
+static bool runs_no_package(const Options *options)
+{
+    const char *path = options->files[0];
+    if (options->command != COMMAND_RUN || ends_with(path, ".scnk") || package_file(path)) return false;
+    return !strcmp(path, "-") || !access(path, R_OK);
+}
+
 int command_render(const Options *options)
 {
     int status;
+    if (runs_no_package(options)) {
+        command_error("%s is no package: `scn render` takes scenes, `scn build` makes packages of them",
+                      options->files[0]);
+        return EXIT_USAGE;
+    }
     Job job = {.options = options,
                .width = options->width ? options->width : 1280,
                .height = options->height ? options->height : 720};
@@ -285,12 +300,7 @@ int command_render(const Options *options)
     if (status != EXIT_DONE) return status;
     scn_info(job.scene, &job.info);
     char last_path[NAME_SIZE] = "";
-    if (options->command == COMMAND_RUN && !job.info.package) {
-        command_error("%s is no package: `scn render` takes scenes, `scn build` makes packages of them",
-                      options->files[0]);
-        status = EXIT_USAGE;
-    }
-    if (status == EXIT_DONE) status = choose_outputs(&job);
+    status = choose_outputs(&job);
     if (status == EXIT_DONE) status = choose_frames(&job);
     if (status == EXIT_DONE) status = command_result(job.scene, render_all(&job, last_path));
     if (status == EXIT_DONE) report(&job, last_path);

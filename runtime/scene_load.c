@@ -2,6 +2,7 @@
 #include <errno.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 
 #include "compiler/compile.h"
 #include "runtime/patch_check.h"
@@ -142,7 +143,14 @@ static ScnStatus load_source(ScnScene *scene, const ScnSceneDesc *desc)
 
 // --- either
 
-// Reads the first bytes of what may be a package; all of it where it is one.
+static bool named_as_package(const char *path)
+{
+    size_t length = strlen(path);
+    return length > 5 && !strcasecmp(path + length - 5, ".scnk");
+}
+
+// Reads the first bytes of what may be a package; all of it where it is one. What is called a package and is none is no
+// text either: package_decode() says so, instead of a parser that wonders at its bytes.
 static bool open_package(ScnScene *scene, const ScnSceneDesc *desc)
 {
     if (desc->bytes) {
@@ -152,7 +160,7 @@ static bool open_package(ScnScene *scene, const ScnSceneDesc *desc)
         memcpy(scene->file.bytes, desc->bytes, desc->size);
         return true;
     }
-    if (!strcmp(desc->path, "-") || !package_file(desc->path)) return false;
+    if (!strcmp(desc->path, "-") || (!package_file(desc->path) && !named_as_package(desc->path))) return false;
     return bytes_open(&scene->file, desc->path, NULL);
 }
 

@@ -222,7 +222,8 @@ typedef struct ScnStats {
     double load_ms;                // reading and compiling
     double device_ms;              // opening the device
     double build_ms;               // building the kernels, or loading their binary
-    int kernel_builds;             // runs of the device's compiler since the scene was loaded
+    int kernel_builds;             // programs given to the device's compiler as source since the scene was loaded;
+                                   // a driver may have them in a cache of its own, as PoCL: build_ms is small then
     bool from_cache, from_binary;  // where the kernels came from, if not from source
     bool quick;                    // they are the slower ones
     uint64_t frames, rays;         // rendered since loading; rays of all kinds

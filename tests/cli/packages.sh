@@ -82,7 +82,17 @@ run 3 "$scn" run text.scnk
 run 3 "$scn" run missing.scnk
 says err 'missing.scnk'
 : >empty.scnk
-run 2 "$scn" run empty.scnk
+run 3 "$scn" run empty.scnk
+says err 'it is no package of scn'
+printf '\211PNG\r\n\032\n\0\0\0\rIHDR' >picture.scnk
+for command in run info check; do
+    run 3 "$scn" "$command" picture.scnk
+    says err 'cannot use picture.scnk: it is no package of scn'
+    same 1 "$(wc -l <err)"
+done
+cp picture.scnk picture.png
+run 2 "$scn" run picture.png -o a.png
+same 1 "$(wc -l <err)"
 cat source.scnk ball.scn >longer.scnk
 run 3 "$scn" run longer.scnk
 says err 'after its end'

@@ -87,6 +87,7 @@ static void wrong_defines_are_not_the_scenes_fault(void **state)
         make(&m, "param size: scalar = 2;\nparam n: int = 3 in 1 .. 9;\nsphere(size + n);\n");
         assert_null(m.ir);
         assert_int_equal(m.unit.errors, 0);
+        assert_null(m.unit.diagnostics.first); // one mistake is one message: no warning that nothing is shown
         assert_non_null(strstr(m.options.wrong, cases[i].says));
         release(&m);
     }
