@@ -6,13 +6,18 @@
 
 // --- lists
 
+static void stop_at_items(Eval *e, const Node *at)
+{
+    complain(e, at, DIAG_TOO_MANY_ITEMS,
+             "the scene has more than 10 million items: does a loop run further than meant?");
+    e->stop = true;
+}
+
 bool count_item(Eval *e, const Node *at)
 {
     if (e->stop) return false;
     if (++e->items <= ITEMS_MAX) return true;
-    complain(e, at, DIAG_TOO_MANY_ITEMS,
-             "the scene has more than 10 million items: does a loop run further than meant?");
-    e->stop = true;
+    stop_at_items(e, at);
     return false;
 }
 
@@ -155,6 +160,11 @@ void eval_for(Eval *e, const Node *node, Type want, List *list)
         Diag *d =
             complain(e, node->a, DIAG_EMPTY_RANGE, "the range %.0f .. %.0f is empty: a for walks upward", begin, end);
         if (node->a->kind == NODE_BINARY) diag_fix(e->unit, d, node->a->span, FIX_GUESS, "%.0f .. %.0f", end, begin);
+    }
+    // Each turn counts, so what is too much is known before seconds and gigabytes went into the first ten million.
+    if (!e->stop && end - begin > ITEMS_MAX - (double)e->items) {
+        stop_at_items(e, node);
+        return;
     }
     for (double i = begin; i < end && !e->stop; i++) eval_turn(e, node, value_int(i), want, list);
 }
