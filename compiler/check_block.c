@@ -33,6 +33,13 @@ static void check_shown(Checker *c, const Node *node, Type have)
     }
 }
 
+// A call whose arguments were reported: what it would have given is no second mistake.
+static bool is_wrong_call(const Node *node)
+{
+    const Call *call = node->kind == NODE_CALL ? node->note : NULL;
+    return call && call->wrong;
+}
+
 void check_value(Checker *c, Node *node, Type have, Values *values)
 {
     values->count++;
@@ -40,6 +47,7 @@ void check_value(Checker *c, Node *node, Type have, Values *values)
         values->joined = have;
         return;
     }
+    if (is_wrong_call(node) && (values->file || values->known)) return;
     if (values->file) {
         check_shown(c, node, have);
         return;

@@ -330,6 +330,35 @@ static bool bind_one(Calling *k, int at, Node *node, Span span, bool entry)
     return true;
 }
 
+// The optional parameter behind a list that an argument too many may have been meant for, or NULL.
+static const Parameter *meant_behind(const Calling *k, uint32_t list, const Argument *a)
+{
+    for (uint32_t i = list + 1; i < k->callee->count; i++) {
+        const Parameter *p = &k->callee->parameters[i];
+        if (!is_needed(p) && !is_named(k, p->name) && parameter_takes(p, a->type)) return p;
+    }
+    return NULL;
+}
+
+// A list among several arguments is the whole of the list parameter, or it would be a list in a list: the others are too many.
+static bool gives_whole_and_more(Calling *k, int at, uint32_t position, uint32_t count)
+{
+    const Parameter *list = &k->callee->parameters[at];
+    uint32_t whole = position;
+    while (whole < position + count && k->arguments[whole].type.list < list->type.list) whole++;
+    if (whole == position + count) return false;
+    const Argument *more = &k->arguments[whole == position ? position + 1 : whole];
+    const Parameter *meant = whole == position ? meant_behind(k, (uint32_t)at, more) : NULL;
+    const char *hint = meant ? arena_printf(&k->c->scratch, "name this one, as %s: …", meant->name)
+                             : "put all of it into one list";
+    k->bad = true;
+    Diag *d = diag(k->c->unit, more->span, DIAG_DUPLICATE_ARGUMENT, "%s of %s is given whole by a list, and here is more: %s",
+                   list->name, k->callee->name, hint);
+    if (more->node != k->arguments[whole].node) diag_label(k->c->unit, d, k->arguments[whole].span, "the list");
+    if (meant) diag_fix(k->c->unit, d, (Span){more->span.begin, more->span.begin}, FIX_LIKELY, "%s: ", meant->name);
+    return true;
+}
+
 static void bind_loose(Calling *k, int at, uint32_t position, uint32_t count)
 {
     if (count == 1 && k->arguments[position].type.list >= k->callee->parameters[at].type.list) { // the list itself
@@ -338,6 +367,7 @@ static void bind_loose(Calling *k, int at, uint32_t position, uint32_t count)
         }
         return;
     }
+    if (gives_whole_and_more(k, at, position, count)) return;
     Node **items = arena_array(&k->c->unit->arena, Node *, count);
     for (uint32_t i = 0; i < count; i++) {
         const Argument *a = &k->arguments[position + i];
@@ -402,10 +432,14 @@ static void bind_entry(Calling *k, Node *item, const Callable *first)
     }
     Type have = check_expr(k->c, item->b);
     int at = parameter_named(k->callee, item->a->name);
-    if (at < 0)
+    if (at < 0 && item->flag) {
+        k->bad = true;
+        lost_add(k->c->unit, item->a->name); // it may have been meant as a let
+    } else if (at < 0) {
         report_unknown(k, item->a->name, item->a->span, first);
-    else if (bind_one(k, at, item->b, item->a->span, true))
+    } else if (bind_one(k, at, item->b, item->a->span, true)) {
         check_argument(k, at, item->b, have);
+    }
 }
 
 static bool has_values(const Node *block)
@@ -678,6 +712,7 @@ Type check_call(Checker *c, Node *node, const Type *receiver, Symbol *symbol)
     if (!k.bad && built_in) check_rules(&k);
     if (!k.bad && k.callee->kind == CALLABLE_TOOL) check_tool_place(&k);
     node->note = k.call;
+    k.call->wrong = k.bad;
     k.call->result = cases ? of_cases : result_of(&k);
     if (built_in && builtins[k.callee->id].since == SINCE_LATER) {
         diag(c->unit, node->name_span, DIAG_NOT_YET, "%s is not there yet in this version of scn", node->name);

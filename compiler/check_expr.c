@@ -119,13 +119,21 @@ Type check_as(Checker *c, Node *node, Type want, const char *what)
 
 // --- leaves
 
+static const char *first_public(const Module *library)
+{
+    for (const Symbol *symbol = library->first; symbol; symbol = symbol->next) {
+        if (symbol->name[0] != '_') return symbol->name;
+    }
+    return "name";
+}
+
 Type check_symbol_value(Checker *c, Symbol *symbol, const Node *node)
 {
     switch (symbol->kind) {
     case SYMBOL_LIBRARY:
         diag(c->unit, node->span, DIAG_TYPE_MISMATCH,
              "%s is a library: write what of it is meant behind a dot, as %s.%s", symbol->name, symbol->name,
-             symbol->opens->first ? symbol->opens->first->name : "name");
+             first_public(symbol->opens));
         return poison();
     case SYMBOL_CALLABLE:
         diag(c->unit, node->span, DIAG_TYPE_MISMATCH,
@@ -186,7 +194,7 @@ static Type check_vector(Checker *c, const Node *node)
         } else if (count == 0 || (type.zero && !have.zero)) {
             type = have;
         } else if (!bad && !type_same_dimension(type, have)) {
-            Diag *d = diag(c->unit, part->span, DIAG_VECTOR_SIZE,
+            Diag *d = diag(c->unit, part->span, DIAG_UNIT_MISMATCH,
                            "the numbers of a vector have one unit, and this is %s", type_phrase(&c->unit->arena, have));
             diag_label(c->unit, d, node->a->span, "this is %s", type_phrase(&c->unit->arena, type));
             bad = true;
@@ -317,6 +325,13 @@ static Type unit_mismatch(Checker *c, const Node *node, Type a, Type b)
     return poison();
 }
 
+static Type vector_mismatch(Checker *c, const Node *node)
+{
+    diag(c->unit, node->b->span, DIAG_VECTOR_SIZE, "%s wants two vectors of one size: one has 2 numbers, the other 3",
+         node_op_text((NodeOp)node->op));
+    return poison();
+}
+
 // + - of numbers, vectors and colours.
 static Type type_sum(Checker *c, const Node *node, Type a, Type b)
 {
@@ -328,11 +343,7 @@ static Type type_sum(Checker *c, const Node *node, Type a, Type b)
         return left && right ? color : operator_mismatch(c, node, a, b);
     }
     if (!numbers && !vectors) return operator_mismatch(c, node, a, b);
-    if (vectors && a.kind != b.kind) {
-        diag(c->unit, node->b->span, DIAG_VECTOR_SIZE,
-             "%s wants two vectors of one size: one has 2 numbers, the other 3", node_op_text((NodeOp)node->op));
-        return poison();
-    }
+    if (vectors && a.kind != b.kind) return vector_mismatch(c, node);
     if (!type_same_dimension(a, b)) return unit_mismatch(c, node, a, b);
     Type sum = a.zero ? b : a;
     if (numbers) sum.kind = a.kind == TYPE_INT && b.kind == TYPE_INT ? TYPE_INT : TYPE_NUMBER;
@@ -413,6 +424,7 @@ static Type type_equality(Checker *c, const Node *node, Type a, Type b)
         return poison();
     }
     if (type_is_number(a) && type_is_number(b) && !type_same_dimension(a, b)) return unit_mismatch(c, node, a, b);
+    if (type_is_vector(a) && type_is_vector(b) && a.kind != b.kind) return vector_mismatch(c, node);
     bool comparable = (type_is_numeric(a) && type_is_numeric(b)) || (type_is(a, TYPE_BOOL) && type_is(b, TYPE_BOOL)) ||
                       (type_is(a, TYPE_STRING) && type_is(b, TYPE_STRING));
     if (!comparable || !type_join(a, b, &joined)) return operator_mismatch(c, node, a, b);
@@ -444,6 +456,7 @@ static Type check_binary(Checker *c, Node *node, Type a)
         return left && right ? type_of(TYPE_BOOL) : poison();
     }
     if (type_bad(a) || type_bad(b)) return poison();
+    if (node->flag) return type_of(TYPE_BOOL); // of a chain of comparisons, which was reported
     switch (node->op) {
     case NODE_OP_EQ:
     case NODE_OP_NE: return type_equality(c, node, a, b);

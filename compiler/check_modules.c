@@ -254,7 +254,8 @@ static bool declares_for_scene(const Symbol *symbol)
 static bool reported_as_unused(const Node *node, const Symbol *symbol)
 {
     bool query = node->kind == NODE_DECLARE && !strcmp(node->word, "query");
-    return !symbol->used && symbol->name[0] != '_' && !query && !declares_for_scene(symbol);
+    bool loop = node->kind == NODE_FOR; // may be there to count alone
+    return !symbol->used && symbol->name[0] != '_' && !query && !loop && !declares_for_scene(symbol);
 }
 
 static bool file_shows(const Node *file)

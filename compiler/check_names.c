@@ -130,14 +130,17 @@ Symbol *names_global(Checker *c, SymbolKind kind, Name name, Span span, const No
     symbol->hides = entry->builtin != NULL;
     *c->module->end = symbol;
     c->module->end = &symbol->next;
-    const Symbol *before = of_module(entry->global, c->module);
+    bool assigned = node->kind == NODE_LET && node->flag; // `r = 2;`, and the message about that is enough
+    Symbol *before = of_module(entry->global, c->module);
+    if (before && assigned) return symbol;
     if (before) {
+        before->used = symbol->used = true; // which of them is meant is not known
         Diag *d = diag(c->unit, span, DIAG_REDEFINED, "%s is already defined: give one of them another name", name);
         diag_label(c->unit, d, before->span, "first defined here");
         return symbol; // is checked, though no name leads to it
     }
     // A library's names are called with its own before them, so they hide nothing that its users see.
-    if (entry->builtin && !may_hide(entry->builtin) && !c->module->library) {
+    if (entry->builtin && !may_hide(entry->builtin) && !c->module->library && !assigned) {
         diag(c->unit, span, DIAG_SHADOW, "%s hides what is built in under that name", name);
     }
     symbol->outer = entry->global;
@@ -149,6 +152,7 @@ static void report_hiding(Checker *c, const NameEntry *entry, SymbolKind kind, S
 {
     if (c->body->quiet) return;
     if (!around) around = of_module(entry->global, c->body->module);
+    if (around && around->node && around->node->kind == NODE_LET && around->node->flag) return; // is none yet
     if (around) {
         Diag *d = diag(c->unit, span, DIAG_SHADOW, "%s hides a name from outside of this block", entry->name);
         diag_label(c->unit, d, around->span, "this one is hidden");
@@ -179,7 +183,10 @@ Symbol *names_local(Checker *c, SymbolKind kind, Name name, Span span, const Nod
     symbol->scope = c->body->scope;
     symbol->slot = c->body->slots++;
     for (int i = 0; i < c->early_count; i++) symbol->used |= c->early[i] == node;
-    if (around && around->scope == symbol->scope) {
+    if (kind == SYMBOL_LET && node->kind == NODE_LET && node->flag) { // `r = 2;`, which was reported
+        symbol->used = true;
+    } else if (around && around->scope == symbol->scope) {
+        around->used = symbol->used = true; // which of them is meant is not known
         Diag *d = diag(c->unit, span, DIAG_REDEFINED,
                        "%s is already defined in this block: give one of them another name", name);
         diag_label(c->unit, d, around->span, "first defined here");
@@ -212,8 +219,9 @@ void names_close(Checker *c, uint32_t mark)
     while (c->local_count > mark) {
         Symbol *symbol = c->locals[--c->local_count];
         entry_of(c, symbol->name)->local = symbol->outer;
-        if (symbol->kind == SYMBOL_LET && !symbol->used && symbol->name[0] != '_' &&
-            !lost_name(c->unit, symbol->name) && !c->body->quiet) {
+        bool wanted = symbol->kind == SYMBOL_LET || symbol->kind == SYMBOL_PARAMETER; // a loop may only count
+        if (wanted && !symbol->used && symbol->name[0] != '_' && !lost_name(c->unit, symbol->name) &&
+            !c->body->quiet) {
             diag(c->unit, symbol->span, DIAG_UNUSED, "nothing uses %s: remove it, or begin its name with _",
                  symbol->name);
         }

@@ -133,6 +133,7 @@ typedef struct Call {
     const Callable *callee;
     Node *block; // NULL if the call has none
     bool has_entries;
+    bool wrong;    // its arguments were reported
     Type result;   // of this call
     Bound bound[]; // callee->count
 } Call;

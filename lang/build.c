@@ -332,13 +332,18 @@ Node *build_assignment(Parser *p, Span span, Name name, Span name_span, Span equ
 {
     if (filter_in_arguments(&p->filter)) {
         Span gap = {name_span.end, equals.end};
-        Diag *d = diag(p->unit, equals, DIAG_NAMED_ARGUMENT, "an argument is written with a colon: write %s: …", name);
+        Diag *d = diag(p->unit, equals, DIAG_NAMED_ARGUMENT,
+                       "an argument is written with a colon, %s: …, and a name gets its value by let %s = …", name, name);
         diag_fix(p->unit, d, gap, FIX_SURE, ":");
-        return build_entry(p, span, build_name(p, name_span, name), value, NULL, equals, list_of(NULL));
+        Node *node = build_entry(p, span, build_name(p, name_span, name), value, NULL, equals, list_of(NULL));
+        node->flag = true; // if there is no such argument, that is no second mistake
+        return node;
     }
     Diag *d = diag(p->unit, name_span, DIAG_ASSIGNMENT, "a name gets its value by let, once: write let %s = …", name);
     diag_fix(p->unit, d, (Span){name_span.begin, name_span.begin}, FIX_LIKELY, "let ");
-    return build_let(p, span, name, name_span, value);
+    Node *node = build_let(p, span, name, name_span, value);
+    node->flag = true; // so the name that it seems to define is not said to hide, or to be defined twice
+    return node;
 }
 
 Node *build_for(Parser *p, Span span, Name name, Span name_span, Node *range, Node *body)
@@ -530,6 +535,7 @@ static Node *build_chain(Parser *p, Span span, NodeOp op, Span op_span, Node *co
     }
     Node *again = build_binary(p, (Span){shared ? shared->span.begin : op_span.begin, c->span.end}, op, op_span,
                                shared ? shared : build_error(p, op_span, NULL), c);
+    again->flag = true; // whether its sides suit each other is no matter any more
     return build_binary(p, span, NODE_OP_AND, op_span, comparison, again);
 }
 
