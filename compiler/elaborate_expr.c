@@ -212,14 +212,28 @@ static Type sum_type(Type a, Type b)
     return type;
 }
 
+static Value int_beyond(Eval *e, const Node *node)
+{
+    complain(e, node, DIAG_OUT_OF_RANGE,
+             "this int is beyond 9007199254740992, where whole numbers are exact: use scalars");
+    return value_bad();
+}
+
 static Value checked_int(Eval *e, const Node *node, Value value)
 {
-    if (value.type.kind == TYPE_INT && !value.scalar.id && fabs(value.scalar.number) > 0x1p53) {
-        complain(e, node, DIAG_NOT_WHOLE,
-                 "this int is beyond 9007199254740992, where whole numbers are exact: use scalars");
-        return value_bad();
-    }
-    return value;
+    bool beyond = value.type.kind == TYPE_INT && !value.scalar.id && fabs(value.scalar.number) > 0x1p53;
+    return beyond ? int_beyond(e, node) : value;
+}
+
+// Whether + - * of two ints leave ±2⁵³. Doubles would round 2⁵³ + 1 to 2⁵³, so this counts in integers.
+static bool leaves_ints(IrOp op, double a, double b)
+{
+    if (fabs(a) > 0x1p53 || fabs(b) > 0x1p53) return true;
+    int64_t x = (int64_t)a, y = (int64_t)b, result = 0, limit = INT64_C(1) << 53;
+    if (op == OP_MUL && __builtin_mul_overflow(x, y, &result)) return true;
+    if (op == OP_ADD) result = x + y;
+    if (op == OP_SUB) result = x - y;
+    return result > limit || result < -limit;
 }
 
 // + - * / by parts; a number goes with each part of a vector or color.
@@ -238,7 +252,9 @@ static Value eval_arithmetic(Eval *e, const Node *node, IrOp op, const Value *a,
     } else if (size > 1 && type.kind != TYPE_COLOR) {
         type.kind = a->type.kind;
     }
-    if (size == 1) return checked_int(e, node, value_scalar(type, scalar_op2(e, op, node, a->scalar, b->scalar)));
+    bool known = size == 1 && type.kind == TYPE_INT && !a->scalar.id && !b->scalar.id;
+    if (known && leaves_ints(op, a->scalar.number, b->scalar.number)) return int_beyond(e, node);
+    if (size == 1) return value_scalar(type, scalar_op2(e, op, node, a->scalar, b->scalar));
     Scalar parts[3];
     for (int k = 0; k < size; k++) {
         parts[k] = scalar_op2(e, op, node, sa == 1 ? a->scalar : a->vector[k], sb == 1 ? b->scalar : b->vector[k]);
