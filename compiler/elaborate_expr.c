@@ -1,6 +1,8 @@
 // Expressions but calls. Chains to the left are walked by a loop, as in check_expr.c; a chain of set operations
 // becomes one node of many operands, so `a | b | c | …` of any length is one union.
 #include <assert.h>
+#include <math.h>
+#include <stdint.h>
 #include <string.h>
 
 #include "compiler/evaluator.h"
@@ -219,7 +221,7 @@ static Value int_beyond(Eval *e, const Node *node)
     return value_bad();
 }
 
-static Value checked_int(Eval *e, const Node *node, Value value)
+Value checked_int(Eval *e, const Node *node, Value value)
 {
     bool beyond = value.type.kind == TYPE_INT && !value.scalar.id && fabs(value.scalar.number) > 0x1p53;
     return beyond ? int_beyond(e, node) : value;

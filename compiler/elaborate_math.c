@@ -261,7 +261,7 @@ Value eval_function(Eval *e, const Node *node, const Call *call, const Value *ar
     Math m = {e, node};
     Type result = call->result;
     IrOp op = plain_op((BuiltinId)call->callee->id);
-    if (op) return value_scalar(result, scalar_op1(e, op, node, args[0].scalar));
+    if (op) return checked_int(e, node, value_scalar(result, scalar_op1(e, op, node, args[0].scalar)));
     switch (call->callee->id) {
     case BUILTIN_ATAN2: return value_scalar(result, scalar_op2(e, OP_ATAN2, node, args[0].scalar, args[1].scalar));
     case BUILTIN_MOD: return value_scalar(result, scalar_op2(e, OP_MOD, node, args[0].scalar, args[1].scalar));

@@ -112,6 +112,7 @@ Scalar scalar_select(Eval *e, const Node *at, Scalar condition, Scalar a, Scalar
 IrId scalar_id(Eval *e, Scalar s);                       // the node; makes one of a constant
 Span span_of(const Eval *e, const Node *node);           // where the scene says it
 Scalar unit_interval(Eval *e, const Node *at, Scalar s); // from 0 to 1: what is beyond is the nearer end
+Value checked_int(Eval *e, const Node *node, Value value); // reports an int that is beyond 2^53
 Value eval_equal(Eval *e, const Node *at, const Value *a, const Value *b);
 Value join_sets(Eval *e, const Node *at, IrOp op, const IrId *ids, uint32_t count);
 
