@@ -63,8 +63,9 @@ static void report_unit(Checker *c, const Node *node, Type have, Type want, cons
         diag(c->unit, node->span, DIAG_UNIT_MISMATCH, "%s is a plain number, and this is a time: divide it by 1s",
              what);
     } else {
-        diag(c->unit, node->span, DIAG_UNIT_MISMATCH, "%s is %s, and this is %s", what, type_phrase(arena, want),
-             type_phrase(arena, have));
+        bool time = plain && have.time == 1 && !have.angle, angle = plain && have.angle == 1 && !have.time;
+        diag(c->unit, node->span, DIAG_UNIT_MISMATCH, "%s is %s, and this is %s%s", what, type_phrase(arena, want),
+             type_phrase(arena, have), time ? ": divide it by 1s" : angle ? ": divide it by 1rad or 1deg" : "");
     }
 }
 

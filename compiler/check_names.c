@@ -271,7 +271,8 @@ static const char *nearest_visible(Checker *c, Name name)
         const NameEntry *entry = &c->entries[i];
         if (!entry->name || entry->name == name || (entry->name[0] == '_' && name[0] != '_')) continue;
         const Module *module = c->body->module;
-        bool seen = visible_local(c, entry) || entry->builtin;
+        bool there = entry->builtin && !may_hide(entry->builtin); // what is not there yet is no help
+        bool seen = visible_local(c, entry) || there;
         if (!seen && module) seen = of_module(entry->global, module) || of_module(entry->brought, module);
         if (seen) candidates[count++] = entry->name;
     }

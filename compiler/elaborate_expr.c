@@ -230,6 +230,7 @@ Value checked_int(Eval *e, const Node *node, Value value)
 // Whether + - * of two ints leave ±2⁵³. Doubles would round 2⁵³ + 1 to 2⁵³, so this counts in integers.
 static bool leaves_ints(IrOp op, double a, double b)
 {
+    if (isnan(a) || isnan(b)) return false; // was reported
     if (fabs(a) > 0x1p53 || fabs(b) > 0x1p53) return true;
     int64_t x = (int64_t)a, y = (int64_t)b, result = 0, limit = INT64_C(1) << 53;
     if (op == OP_MUL && __builtin_mul_overflow(x, y, &result)) return true;
