@@ -261,10 +261,26 @@ static const Node *defined_later(const Checker *c, Name name)
     return NULL;
 }
 
+// A name of the body itself that may be meant: it comes before all others, and is then no unused one.
+static const char *nearest_local(Checker *c, Name name)
+{
+    const char **candidates = arena_array(&c->scratch, const char *, c->local_count + 1);
+    int count = 0;
+    for (uint32_t i = 0; i < c->local_count; i++) {
+        if (c->locals[i]->body == c->body->id && c->locals[i]->name != name) candidates[count++] = c->locals[i]->name;
+    }
+    const char *near = nearest_name(name, candidates, count);
+    Symbol *meant = near ? visible_local(c, entry_of(c, near)) : NULL;
+    if (meant) meant->used = true;
+    return meant ? near : NULL;
+}
+
 static const char *nearest_visible(Checker *c, Name name)
 {
     enum { SUGGESTIONS_MAX = 50 }; // more are not read, and each looks at every name
     if (c->suggestions++ >= SUGGESTIONS_MAX) return NULL;
+    const char *local = nearest_local(c, name);
+    if (local) return local;
     const char **candidates = arena_array(&c->scratch, const char *, c->count);
     int count = 0;
     for (uint32_t i = 0; i < c->capacity; i++) {
