@@ -126,6 +126,9 @@ static void film_layers(const Buffers *b, const Tile *tile, uint k, const Film *
         world.z = frame->origin[2] + frame->unit * world.z;
         film_vector(frame, film->position, left, top, (Vector){hit ? world.x : zero, hit ? world.y : zero, hit ? world.z : zero});
     }
+#ifndef HAS_FIELD // else tile.cl writes it, where the doubts are known
+    if (frame->layers & LAYER_CERTIFICATE) film_number(frame, b->certificate, left, top, zero);
+#endif
     if (frame->layers & LAYER_ID) {
         UINT leaf = tile->leaf[k];
         for (int lane = 0; lane < LANES; lane++) {
@@ -181,7 +184,7 @@ __kernel void render(__global const FrameConstants *frame, __global const ViewCo
                      __global const QuadricRecord *records, __global const float *boxes, __global const uint *items,
                      __global const PlanNode *nodes, __global const MaterialConstants *materials, __global const uint *tapes, __global uint *work, __global uint *counters,
                      __global float *color, __global float *depth, __global float *normal, __global float *position, __global uint *id,
-                     uint first_tile, uint stages) // stages: RenderStages of runtime/renderer.h
+                     __global float *certificate, uint first_tile, uint stages) // stages: RenderStages of runtime/renderer.h
 {
     __local FLOAT hit_z[BLOCKS], normal_x[BLOCKS], normal_y[BLOCKS], normal_z[BLOCKS];
     __local UINT hit_leaf[BLOCKS], visible[BLOCKS];
@@ -195,7 +198,7 @@ __kernel void render(__global const FrameConstants *frame, __global const ViewCo
 #ifdef HAS_FIELD
                  (__global const TapeStep *)tapes,
 #endif
-                 work + (size_t)group * frame->slot_size, counters};
+                 work + (size_t)group * frame->slot_size, counters, certificate};
     Tile tile = {hit_z, normal_x, normal_y, normal_z, hit_leaf, visible,
 #if WIDTH == 16
                  light_u, light_v, light_w,

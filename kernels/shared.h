@@ -150,6 +150,7 @@ typedef struct FrameConstants {
 #define LAYER_NORMAL 4u
 #define LAYER_POSITION 8u
 #define LAYER_ID 16u
+#define LAYER_CERTIFICATE 32u
 
 // Counters that the kernel gives back.
 #define COUNTER_LIST 0  // longest list that a tile wanted

@@ -16,7 +16,10 @@ typedef struct Buffers {
 #endif
     __global uint *slot;
     __global uint *counters;
+    __global float *certificate;
 } Buffers;
+
+static void film_number(__global const FrameConstants *frame, __global float *film, int left, int top, FLOAT value); // film.cl
 
 typedef struct Tile { // a FLOAT or UINT for each packet
     __local FLOAT *depth;         // of the hit: w / W
@@ -100,10 +103,13 @@ static void primary_fields(const Buffers *b, List list, const Rect *rect, Ray *r
     fields_make(ray, b->frame, list, rect, blocks, b->slot + b->frame->field_offset);
 }
 
+// Into the layer and into the count; a tile that is run again writes and counts anew.
 static void count_doubts(const Buffers *b, const Tile *tile, uint packet, INT doubts)
 {
-    if (!ANY(doubts)) return;
     int left = tile->left + (int)(packet % BLOCKS_ACROSS) * BLOCK_ACROSS, top = tile->top + (int)(packet / BLOCKS_ACROSS) * BLOCK_DOWN;
+    FLOAT one = 1.0f, zero = 0.0f;
+    if (b->frame->layers & LAYER_CERTIFICATE) film_number(b->frame, b->certificate, left, top, doubts ? one : zero);
+    if (!ANY(doubts)) return;
     FLOAT x = (float)left + LANE_X, y = (float)top + LANE_Y;
     INT counted = doubts & (x < (float)b->frame->width) & (y < (float)b->frame->height);
 #if LANES == 32
@@ -149,9 +155,6 @@ static int primary_hits(const Buffers *b, Tile *tile, uint stages)
         if (ray.count) {
             FLOAT w = first_surface(&ray, view->start, view->limit, &leaf, &tile->inside);
             INT hit = w < view->limit;
-#ifdef HAS_FIELD
-            count_doubts(b, tile, k, doubts);
-#endif
             leaf = hit ? leaf : (UINT)(NO_LEAF);
             if (ANY(hit)) {
                 Vector n = surface_normal(&ray, leaf, hit, w);
@@ -161,6 +164,9 @@ static int primary_hits(const Buffers *b, Tile *tile, uint stages)
                 tile->z[k] = n.z;
             }
         }
+#ifdef HAS_FIELD
+        count_doubts(b, tile, k, doubts);
+#endif
         tile->leaf[k] = leaf;
         tile->visible[k] = 0;
     }

@@ -238,14 +238,29 @@ static cJSON *stats_json(Job *job)
     cJSON_AddNumberToObject(json, "frames_cpu_ms", times->cpu_ms);
     cJSON_AddNumberToObject(json, "write_ms", times->write_ms);
     cJSON_AddNumberToObject(json, "rays", (double)stats.rays);
+    cJSON_AddNumberToObject(json, "uncertain_pixels", (double)stats.uncertain);
     cJSON_AddNumberToObject(json, "device_bytes", (double)stats.device_bytes);
     cJSON_AddNumberToObject(json, "peak_memory_bytes", command_peak_memory());
     return json;
 }
 
+// What is not certain is said, however little it is.
+static void report_doubts(const Job *job)
+{
+    ScnStats stats;
+    scn_stats(job->scene, &stats);
+    if (!stats.uncertain) return;
+    unsigned long long rays = stats.uncertain;
+    fprintf(stderr, "scn: warning: %llu ray%s a general field where it is finer than floats can tell: ", rays,
+            rays == 1 ? " meets" : "s meet");
+    if (job->layers & SCN_LAYER_CERTIFICATE) fprintf(stderr, "the layer certificate is 1 there\n");
+    else fprintf(stderr, "`-o a.exr --layers color,certificate` shows where\n");
+}
+
 static void report(const Job *job, const char *last_path)
 {
     if (job->options->quiet) return;
+    report_doubts(job);
     if (job->animation) {
         double seconds = progress_seconds() - job->progress.start;
         fprintf(stderr, "%d frames in %.1f s, the last is %s\n", job->times.count, seconds, last_path);

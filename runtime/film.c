@@ -5,7 +5,7 @@
 
 // All layers of a film lie in one block, each at a multiple of 64 bytes, so one allocation is checked and freed.
 typedef struct Layout {
-    uint64_t color, depth, normal, position, id, end;
+    uint64_t color, depth, normal, position, id, certificate, end;
 } Layout;
 
 static uint64_t place(uint64_t *end, bool wanted, uint64_t bytes)
@@ -24,6 +24,7 @@ static Layout layout(int width, int height, unsigned layers)
         .normal = place(&end, layers & FILM_NORMAL, pixels * 3 * sizeof(float)),
         .position = place(&end, layers & FILM_POSITION, pixels * 3 * sizeof(float)),
         .id = place(&end, layers & FILM_ID, pixels * sizeof(uint32_t)),
+        .certificate = place(&end, layers & FILM_CERTIFICATE, pixels * sizeof(float)),
     };
     at.end = end;
     return at;
@@ -64,6 +65,7 @@ Film *film_new(int width, int height, unsigned layers)
     if (layers & FILM_NORMAL) film->normal = (float *)(memory + at.normal);
     if (layers & FILM_POSITION) film->position = (float *)(memory + at.position);
     if (layers & FILM_ID) film->id = (uint32_t *)(memory + at.id);
+    if (layers & FILM_CERTIFICATE) film->certificate = (float *)(memory + at.certificate);
     return film;
 }
 

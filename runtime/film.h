@@ -19,8 +19,9 @@ typedef enum FilmLayer {
     FILM_NORMAL = 4,   // outward, unit length, world coordinates; 0 0 0 where nothing is hit
     FILM_POSITION = 8, // world coordinates; 0 0 0 where nothing is hit
     FILM_ID = 16,      // 1 + index into Plan.objects; 0 where nothing is hit
+    FILM_CERTIFICATE = 32, // 0: what the ray meets first is certain; 1: floats could not tell (a general field's alone)
 } FilmLayer;
-#define FILM_ALL 31u
+#define FILM_ALL 63u
 
 // Which objects cover a pixel, by falling weight; free places have id 0 and weight 0.
 #define FILM_COVERS 4
@@ -37,6 +38,7 @@ typedef struct Film {
     float *normal;    // 3: unit length, towards the viewer
     float *position;  // 3
     uint32_t *id;     // 1
+    float *certificate; // 1
     FilmCover *cover; // one a pixel, of a picture made from several frames (runtime/sample.h); else NULL
     // Where in its pixel the ray goes, from the pixel's left and top edge: 0.5 0.5 is the centre. Many frames with
     // different places make one smooth picture (runtime/sample.h).

@@ -103,7 +103,7 @@ static void add_floats(ExrWriter *writer, const char *const *names, int count, e
 
 static void choose_channels(ExrWriter *writer)
 {
-    static const char *const color[] = {"R", "G", "B", "A"}, *const depth[] = {"Z"};
+    static const char *const color[] = {"R", "G", "B", "A"}, *const depth[] = {"Z"}, *const certificate[] = {"certificate"};
     static const char *const normal[] = {"N.X", "N.Y", "N.Z"}, *const position[] = {"P.X", "P.Y", "P.Z"};
     static const char *const crypto[] = {
         CRYPTO_NAME "00.R", CRYPTO_NAME "00.G", CRYPTO_NAME "00.B", CRYPTO_NAME "00.A",
@@ -118,6 +118,7 @@ static void choose_channels(ExrWriter *writer)
     if (layers & FILM_DEPTH) add_floats(writer, depth, 1, EXR_PIXEL_FLOAT, film->depth);
     if (layers & FILM_NORMAL) add_floats(writer, normal, 3, small, film->normal);
     if (layers & FILM_POSITION) add_floats(writer, position, 3, places, film->position);
+    if (layers & FILM_CERTIFICATE) add_floats(writer, certificate, 1, small, film->certificate);
     if (!(layers & FILM_ID)) return;
     add_channel(writer, (Channel){"id", EXR_PIXEL_UINT, EXR_PIXEL_UINT, (const char *)film->id, 0, sizeof(uint32_t)});
     for (int c = 0; c < CRYPTO_CHANNELS; c++)

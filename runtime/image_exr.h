@@ -8,6 +8,7 @@
 //   id         id                                        32-bit integer: 0 nothing, else the place in `scn/objects`, from 1
 //              CryptoObject00.R …, CryptoObject01.R …    float: Cryptomatte 1.2, two objects and their coverage each; the
 //                                                        manifest in the header gives their names
+//   certificate certificate                              half (or float): 1 where the first surface is not certain, else 0
 //
 // One part of scan lines, ZIP compression (without loss). The header has `scn/version`, `scn/scene`, `scn/frame`,
 // `scn/time` (seconds), `scn/objects` and `software`.

@@ -107,7 +107,8 @@ static bool is(Word word, const char *text)
 static bool write_number(Import *m, Word word)
 {
     char text[64], *end;
-    if (!word.length || word.length >= sizeof text) return wrong(m, "not a number:", word);
+    if (!word.length) return fail(m->failure, "line %u: const wants a number", m->line);
+    if (word.length >= sizeof text) return wrong(m, "not a number:", word);
     memcpy(text, word.begin, word.length);
     text[word.length] = 0;
     double value = strtod(text, &end);
@@ -127,12 +128,15 @@ static bool write_form(Import *m, const Form *form, const uint32_t operands[2])
 
 static bool write_value(Import *m, Word op, const char **at, const char *end)
 {
+    if (!op.length) return fail(m->failure, "line %u: an operation is missing behind the name", m->line);
     if (is(op, "const")) return write_number(m, next_word(at, end));
     for (size_t k = 0; k < sizeof forms / sizeof *forms; k++) {
         if (!is(op, forms[k].name)) continue;
         uint32_t operands[2] = {0};
         for (int i = 0; i < forms[k].operands; i++) {
             Word name = next_word(at, end);
+            if (!name.length) return fail(m->failure, "line %u: %s wants %d value%s, and there %s %d", m->line, forms[k].name, forms[k].operands,
+                            forms[k].operands == 1 ? "" : "s", i == 1 ? "is" : "are", i);
             operands[i] = find(m, name);
             if (!operands[i]) return wrong(m, "no value above has the name", name);
         }

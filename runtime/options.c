@@ -122,20 +122,20 @@ static bool set_lines(Options *options, const char *text)
 
 static bool set_layers(Options *options, const char *text)
 {
-    static const char *const names[] = {"color", "depth", "normal", "position", "id", "all"};
-    static const unsigned bits[] = {FILM_COLOR, FILM_DEPTH, FILM_NORMAL, FILM_POSITION, FILM_ID, FILM_ALL};
+    static const char *const names[] = {"color", "depth", "normal", "position", "id", "certificate", "all"};
+    static const unsigned bits[] = {FILM_COLOR, FILM_DEPTH, FILM_NORMAL, FILM_POSITION, FILM_ID, FILM_CERTIFICATE, FILM_ALL};
     while (*text) {
         char name[32] = "";
         size_t length = strcspn(text, ",");
         if (length < sizeof name) memcpy(name, text, length);
         int found = -1;
-        for (int i = 0; i < 6; i++)
+        for (int i = 0; i < 7; i++)
             if (!strcmp(names[i], name)) found = i;
         if (found < 0) {
-            const char *nearest = nearest_name(name, names, 6);
+            const char *nearest = nearest_name(name, names, 7);
             return wrong(options, "there is no layer \"%.*s\": %s%s%s", (int)length, text,
                          nearest ? "do you mean " : "",
-                         nearest ? nearest : "color, depth, normal, position, id, all are there", nearest ? "?" : "");
+                         nearest ? nearest : "color, depth, normal, position, id, certificate, all are there", nearest ? "?" : "");
         }
         options->layers |= bits[found];
         text += length;

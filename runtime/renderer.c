@@ -24,7 +24,7 @@ _Static_assert(sizeof(FrameConstants) == 34 * 4, "as on the device");
 #define LIST_ROOM 1024           // items in a tile's list, at first
 #define LIST_BYTES (64u << 20)   // for the lists of the tiles of a band
 #define SHADOW_BIAS 1e-4         // in units
-#define FILM_LAYERS 5
+#define FILM_LAYERS 6
 
 typedef struct Buffer {
     cl_mem mem;
@@ -284,8 +284,8 @@ static void make_materials(Renderer *r, const double *values)
 static void film_layers(const Film *film, void *memory[FILM_LAYERS], size_t size[FILM_LAYERS])
 {
     size_t pixels = (size_t)film->width * (size_t)film->height;
-    void *all[FILM_LAYERS] = {film->color, film->depth, film->normal, film->position, film->id};
-    static const int channels[FILM_LAYERS] = {4, 1, 3, 3, 1};
+    void *all[FILM_LAYERS] = {film->color, film->depth, film->normal, film->position, film->id, film->certificate};
+    static const int channels[FILM_LAYERS] = {4, 1, 3, 3, 1, 1};
     for (int k = 0; k < FILM_LAYERS; k++) {
         memory[k] = (film->layers >> k & 1u) ? all[k] : NULL;
         size[k] = memory[k] ? pixels * (size_t)channels[k] * sizeof(float) : 0;
@@ -412,13 +412,14 @@ static bool make_room(Renderer *r, uint32_t tiles, RenderStages stages, Failure 
            buffer_write(r, BUFFER_COUNTERS, zeros, sizeof zeros, failure) && set_arguments(r, stages, failure);
 }
 
-// The longest list that did not fit; 0 if all did.
-static bool read_longest_list(Renderer *r, uint32_t *longest, Failure *failure)
+// `longest`: list that did not fit; 0 if all did. `uncertain`: pixels that are not certain.
+static bool read_counters(Renderer *r, uint32_t *longest, uint32_t *uncertain, Failure *failure)
 {
     unsigned counters[COUNTER_COUNT];
     cl_int status = clEnqueueReadBuffer(r->device->queue, r->buffers[BUFFER_COUNTERS].mem, CL_TRUE, 0, sizeof counters, counters, 0, NULL, NULL);
     if (status != CL_SUCCESS) return fail(failure, "cannot read from the device: %s", device_error(status));
     *longest = counters[COUNTER_LIST];
+    *uncertain = counters[COUNTER_UNCERTAIN];
     return true;
 }
 
@@ -509,7 +510,7 @@ RenderResult renderer_frame(Renderer *r, const RenderJob *job, RenderStats *stat
         while (r->list_room < longest) r->list_room *= 2;
         if (!make_room(r, tiles, job->stages, failure)) return RENDER_FAILED;
         result = run_bands(r, job, tiles, stats, failure);
-        if (result != RENDER_FAILED && !read_longest_list(r, &longest, failure)) return RENDER_FAILED;
+        if (result != RENDER_FAILED && !read_counters(r, &longest, &stats->uncertain, failure)) return RENDER_FAILED;
     } while (result == RENDER_DONE && longest);
     if (result == RENDER_FAILED || !read_film(r, film, failure)) return RENDER_FAILED;
     stats->run_ms = now_ms() - began;

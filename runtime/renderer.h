@@ -44,6 +44,7 @@ typedef struct RenderStats {
     uint32_t items;        // components and perturbations
     uint32_t list_room;    // items in the list of a tile; a tile that wants more is run again with more room
     uint64_t device_bytes; // of all buffers
+    uint32_t uncertain;    // pixels whose first surface floats could not tell
 } RenderStats;
 
 // NULL with `failure` set. Borrows the device, the program and the plan.

@@ -79,11 +79,14 @@ void samples_add(Samples *samples, const Film *film)
         if (film->normal) memcpy(sum->normal, film->normal, pixels * 3 * sizeof(float));
         if (film->depth) memcpy(sum->depth, film->depth, pixels * sizeof(float));
         if (film->position) memcpy(sum->position, film->position, pixels * 3 * sizeof(float));
+        if (film->certificate) memcpy(sum->certificate, film->certificate, pixels * sizeof(float));
         if (film->id) memset(samples->cover, 0, pixels * sizeof *samples->cover);
     } else {
         if (film->color) add_floats(sum->color, film->color, pixels * 4);
         if (film->normal) add_floats(sum->normal, film->normal, pixels * 3);
         if (film->depth) add_places(sum, film, pixels);
+        for (size_t i = 0; film->certificate && i < pixels; i++)
+            sum->certificate[i] = fmaxf(sum->certificate[i], film->certificate[i]);
     }
     if (film->id)
         for (size_t i = 0; i < pixels; i++) add_cover(&samples->cover[i], film->id[i]);
@@ -121,6 +124,7 @@ void samples_resolve(Samples *samples, Film *film)
         for (size_t i = 0; i < pixels * 4; i++) film->color[i] = sum->color[i] * share;
     if (film->depth) memcpy(film->depth, sum->depth, pixels * sizeof(float));
     if (film->position) memcpy(film->position, sum->position, pixels * 3 * sizeof(float));
+    if (film->certificate) memcpy(film->certificate, sum->certificate, pixels * sizeof(float));
     for (size_t i = 0; film->normal && i < pixels; i++) {
         memcpy(film->normal + 3 * i, sum->normal + 3 * i, 3 * sizeof(float));
         resolve_normal(film->normal + 3 * i);

@@ -191,7 +191,8 @@ typedef enum ScnLayer {
     SCN_LAYER_NORMAL = 4,
     SCN_LAYER_POSITION = 8,
     SCN_LAYER_ID = 16,
-    SCN_LAYERS = 31
+    SCN_LAYER_CERTIFICATE = 32,
+    SCN_LAYERS = 63
 } ScnLayer;
 
 // Rows from the top, pixels from the left, without padding. What has no buffer and is not in `layers` is not computed.
@@ -205,6 +206,7 @@ typedef struct ScnFrameDesc {
     float *normal;   // 3: unit length, towards the viewer
     float *position; // 3
     uint32_t *id;    // 1: object k is k + 1; 0 where nothing is
+    float *certificate; // 1: 0 where what is seen is certain; 1 where a general field was finer than floats can tell
     unsigned layers; // ScnLayer bits: what to compute without a buffer, for scn_write_image()
 } ScnFrameDesc;
 
@@ -227,6 +229,7 @@ typedef struct ScnStats {
     bool from_cache, from_binary;  // where the kernels came from, if not from source
     bool quick;                    // they are the slower ones
     uint64_t frames, rays;         // rendered since loading; rays of all kinds
+    uint64_t uncertain;            // rays from the eye whose first surface is not certain; with one ray a pixel: pixels
     double frame_ms, frame_cpu_ms; // the last frame: wall time and CPU time of the process
     uint64_t device_bytes;         // memory on the device
     const char *device;            // its name; NULL before it is opened

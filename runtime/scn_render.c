@@ -216,6 +216,7 @@ static unsigned wanted_layers(const ScnFrameDesc *desc)
     if (desc->normal) layers |= FILM_NORMAL;
     if (desc->position) layers |= FILM_POSITION;
     if (desc->id) layers |= FILM_ID;
+    if (desc->certificate) layers |= FILM_CERTIFICATE;
     // The nearest of several samples gives the position.
     if (desc->samples > 1 && layers & FILM_POSITION) layers |= FILM_DEPTH;
     return layers;
@@ -268,6 +269,7 @@ static ScnStatus render_once(ScnScene *scene)
         .values = scene->values, .cells = scene_patches_cells(scene), .film = scene->film, .cancel = &scene->cancel};
     RenderResult result = renderer_frame(scene->renderer, &job, &stats, &scene->failure);
     scene->stats.device_bytes = stats.device_bytes;
+    scene->stats.uncertain += stats.uncertain;
     if (result == RENDER_DONE) return SCN_OK;
     return result == RENDER_CANCELLED ? SCN_CANCELLED : SCN_WORLD_FAILED;
 }
@@ -301,6 +303,7 @@ static void copy_layers(const ScnFrameDesc *desc, const Film *film)
     copy_layer(desc->normal, film->normal, film, 3 * sizeof(float));
     copy_layer(desc->position, film->position, film, 3 * sizeof(float));
     copy_layer(desc->id, film->id, film, sizeof(uint32_t));
+    copy_layer(desc->certificate, film->certificate, film, sizeof(float));
 }
 
 static ScnStatus check_frame(ScnScene *scene, const ScnFrameDesc *desc, unsigned layers)
