@@ -8,7 +8,7 @@
 #include <stdlib.h>
 
 const char *const scene_class_names[SCENE_CLASSES] = {"quadrics", "degenerate", "freeform", "bases", "sets",
-                                                      "free sets", "eye inside", "families", "faces", "lights", "morphs"};
+                                                      "free sets", "eye inside", "families", "faces", "lights", "morphs", "fields"};
 
 typedef struct Maker {
     FILE *out;
@@ -324,6 +324,96 @@ static void faces(Maker *m)
     fprintf(m->out, "    sphere(%.9g); sphere(%.9g);\n}", s, s);
 }
 
+// -- general fields --------------------------------------------------------------------------------------------------------------
+
+static void coordinate(Maker *m)
+{
+    static const char *const names[] = {"x", "y", "z"};
+    fprintf(m->out, m->size == 1 ? "%s" : "(%s / %.9g)", names[below(m, 3)], m->size);
+}
+
+// A number that depends on the point, smooth for the most part, of about 1 within the size.
+static void expression(Maker *m, int depth)
+{
+    static const char *const around[][2] = {{"sin(2rad * (", "))"}, {"cos(3rad * (", "))"}, {"sqrt(0.1 + (", ")^2)"}, {"abs(", ")"}, {"exp(-(", ")^2)"},
+                                            {"(", ")^3"}, {"log(1.5 + (", ")^2)"}, {"atan(", ") / 1rad"}, {"sin(5rad * (", "))"}};
+    static const char *const between[] = {" + ", " - ", " * "};
+    if (depth == 0) {
+        coordinate(m);
+        if (below(m, 2)) fprintf(m->out, " * %.4g", any(m, 0.4, 1.6));
+        if (!below(m, 3)) fprintf(m->out, " + %.4g", any(m, -0.5, 0.5));
+        return;
+    }
+    int choice = below(m, 8);
+    if (choice < 4) {
+        const char *const *form = around[below(m, sizeof around / sizeof *around)];
+        fputs(form[0], m->out);
+        expression(m, depth - 1);
+        fputs(form[1], m->out);
+        return;
+    }
+    fputs(choice == 4 ? "max(" : choice == 5 ? "min(" : "(", m->out);
+    expression(m, depth - 1);
+    fputs(choice < 6 ? ", " : between[below(m, 3)], m->out);
+    expression(m, depth - 1);
+    fputc(')', m->out);
+}
+
+// A ball with something on it, a level of something cut by a ball, a pipe, or a heap of smooth balls.
+static void field_of(Maker *m)
+{
+    double s = m->size;
+    switch (below(m, 4)) {
+    case 0:
+        fprintf(m->out, "field(%.4g - sqrt(x^2 + y^2 + z^2) / %.9g + %.4g * ", any(m, 0.4, 0.8), s, any(m, 0.05, 0.3));
+        expression(m, 2);
+        break;
+    case 1:
+        fprintf(m->out, "(field(%.4g - abs(", any(m, 0.05, 0.3));
+        expression(m, 3);
+        fprintf(m->out, ")) & sphere(%.9g", length(m, 0.6, 1.1));
+        fputc(')', m->out);
+        break;
+    case 2:
+        fprintf(m->out, "field(%.9g - (sqrt(x^2 + y^2) - %.9g)^2 - z^2", pow(length(m, 0.1, 0.3), 2), length(m, 0.4, 0.8));
+        break;
+    default:
+        fprintf(m->out, "field(log(");
+        for (int k = 0; k < 3; k++)
+            fprintf(m->out, "%sexp(4 - 8 * distance((x, y, z), (%.9g, %.9g, %.9g)) / %.9g)", k ? " + " : "", length(m, -0.5, 0.5), length(m, -0.5, 0.5),
+                    length(m, -0.5, 0.5), s);
+        fputc(')', m->out);
+    }
+    fputc(')', m->out);
+}
+
+static void field_leaf(Maker *m)
+{
+    bool deformed = !below(m, 5);
+    if (deformed) fprintf(m->out, "deform(");
+    field_of(m);
+    if (below(m, 2)) transform(m, 0.3);
+    if (!deformed) return;
+    fprintf(m->out, ")");
+    perturbations(m, 1 + below(m, 2), 0.6, 0.4);
+}
+
+// Few leaves: the oracle asks each for all of its roots.
+static void fields(Maker *m)
+{
+    static const char *const words[] = {" | ", " - ", " & "};
+    if (below(m, 2)) {
+        field_leaf(m);
+        return;
+    }
+    fprintf(m->out, "(");
+    field_leaf(m);
+    fprintf(m->out, ")%s(", words[below(m, 3)]);
+    if (below(m, 2)) field_leaf(m);
+    else bounded(m);
+    fprintf(m->out, ")");
+}
+
 // -- the rest of the scene -------------------------------------------------------------------------------------------------------
 
 static void camera(Maker *m, bool near)
@@ -370,6 +460,7 @@ static void object(Maker *m, SceneClass kind)
         return;
     case SCENE_FAMILY: family(m); return;
     case SCENE_MORPHS: morph(m); return;
+    case SCENE_FIELDS: fields(m); return;
     default: faces(m); return;
     }
 }
