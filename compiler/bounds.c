@@ -557,6 +557,11 @@ static Bounds group_bounds(Scene *s, uint32_t index)
     return box;
 }
 
+Bounds bounds_of_leaf(const Plan *plan, const double *values, const PlanLeaf *leaf)
+{
+    return leaf_bounds(&(Scene){.plan = plan, .values = values, .added = nothing()}, leaf);
+}
+
 Bounds bounds_of_component(const Plan *plan, const double *values, uint32_t component)
 {
     return component_bounds(&(Scene){.plan = plan, .values = values, .added = nothing()}, component);

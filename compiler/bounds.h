@@ -27,6 +27,7 @@ Bounds bounds_of_quadric(const double q[10]); // of F >= 0
 // Makes the box of an intersection smaller by what quadrics bound together that meet in it (F >= 0 of each).
 void bounds_cut(Bounds *box, const double *const *quadrics, uint32_t count);
 
+Bounds bounds_of_leaf(const Plan *plan, const double *values, const PlanLeaf *leaf);
 Bounds bounds_of_component(const Plan *plan, const double *values, uint32_t component);
 Bounds bounds_of_plan(const Plan *plan, const double *values); // of the whole scene
 Bounds bounds_of_object(const Plan *plan, const double *values,

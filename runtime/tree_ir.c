@@ -51,12 +51,13 @@ static IrId fixed_node(Maker *m, IrId id, const TreeMoment *moment, IrId *operan
     case OP_PARAM: return ir_const(m->fixed, moment->inputs[node->index]);
     case OP_TIME: return ir_const(m->fixed, moment->time);
     case OP_FRAME: return ir_const(m->fixed, moment->frame);
-    case OP_CAMERA:
-    case OP_LIGHT: return ir_node_index(m->fixed, (IrOp)node->op, node->span, operands, node->count, node->index);
     case OP_NAMED:
-    case OP_ASSERT: return ir_node_text(m->fixed, (IrOp)node->op, node->span, operands, node->count, node->text);
-    default: return ir_node(m->fixed, (IrOp)node->op, node->span, operands, node->count);
+    case OP_ASSERT:
+    case OP_PATCH: return ir_node_text(m->fixed, (IrOp)node->op, node->span, operands, node->count, node->text);
+    default: break;
     }
+    if (!node->bits) return ir_node(m->fixed, (IrOp)node->op, node->span, operands, node->count);
+    return ir_node_index(m->fixed, (IrOp)node->op, node->span, operands, node->count, node->index);
 }
 
 static void fix(Maker *m, IrId root, const TreeMoment *moment, Arena *scratch)
@@ -385,6 +386,7 @@ static TreeNode *make_node(Maker *m, IrId id, Around around)
     made->conditional = said.conditional;
     made->hidden = said.hidden;
     made->word = word_at(m, node->span);
+    if (!made->word && made->kind == TREE_FIELD) made->word = ir_ops[node->op].name; // "morph", "sheet"
     if (said.hidden) { // it has bounds and costs when it is shown
         made->inside = (Bounds){{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
         made->outside = (Bounds){{-INFINITY, -INFINITY, -INFINITY}, {INFINITY, INFINITY, INFINITY}};

@@ -16,7 +16,8 @@ typedef struct Maker {
 
 static void join_slots(Maker *m, TreeMovers *movers, Slot slot, uint32_t count)
 {
-    for (uint32_t k = 0; k < count; k++) *movers = tree_join_movers(m->tree, *movers, m->movers[slot + k]);
+    for (uint32_t k = 0; k < count && slot + k < m->plan->slot_count; k++)
+        *movers = tree_join_movers(m->tree, *movers, m->movers[slot + k]);
 }
 
 enum { QUADRIC_SLOTS = 10, MATRIX_SLOTS = 12 };
@@ -46,14 +47,23 @@ static TreeMovers step_movers(Maker *m, const PlanStep *step)
 {
     const uint32_t *operands = m->plan->operands;
     TreeMovers movers = NULL;
-    uint32_t at = step->first, end = step->first + step->count,
-             wide = 0; // wide: operands of several slots that come next
-    if (step->kind == STEP_PLACE || step->kind == STEP_HEIGHT || step->kind == STEP_AT) at = join_field(m, &movers, at);
-    if (step->kind == STEP_HEIGHT) at = join_field(m, &movers, at);
-    if (step->kind == STEP_QUADRIC) join_slots(m, &movers, operands[at++], QUADRIC_SLOTS);
-    if (step->kind == STEP_QUADRIC || step->kind == STEP_HEIGHT) wide = 1;
-    if (step->kind == STEP_MATRIX) wide = step->op == OP_COMPOSE ? 2 : step->op == OP_INVERSE;
-    while (wide--) join_slots(m, &movers, operands[at++], MATRIX_SLOTS);
+    uint32_t at = step->first, end = step->first + step->count, fields = 0, matrices = 0;
+    switch ((StepKind)step->kind) {
+    case STEP_MATRIX: matrices = step->op == OP_COMPOSE ? 2 : step->op == OP_INVERSE; break;
+    case STEP_QUADRIC:
+        join_slots(m, &movers, operands[at++], QUADRIC_SLOTS);
+        matrices = 1;
+        break;
+    case STEP_PLACE:
+    case STEP_AT: fields = 1; break;
+    case STEP_HEIGHT: fields = 2, matrices = 1; break;
+    case STEP_STEEPNESS: fields = 1, matrices = 1; break;
+    case STEP_SCALAR:
+    case STEP_GATHER:
+    case STEP_ASSERT: break;
+    }
+    while (fields--) at = join_field(m, &movers, at);
+    while (matrices--) join_slots(m, &movers, operands[at++], MATRIX_SLOTS);
     while (at < end) join_slots(m, &movers, operands[at++], 1);
     return movers;
 }
@@ -86,42 +96,64 @@ static TreeNode *make_group(Maker *m, uint32_t index);
 
 static void add_supports(Maker *m, TreeNode *node, const PlanLeaf *leaf)
 {
-    Bounds adds = {{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
     node->kind = TREE_FREEFORM;
     node->class = CLASS_FREEFORM;
-    node->plain = false;
-    node->supports = leaf->count;
+    node->supports = leaf->count + leaf->lift_count;
     for (uint32_t k = leaf->begin; k < leaf->begin + leaf->count; k++) {
         const PlanPerturbation *p = &m->plan->perturbations[k];
         Bounds support = bounds_of_quadric(m->values + p->quadric);
-        if (m->values[p->strength] > 0) adds = tree_hull(adds, &support);
+        support = tree_meeting(support, &node->inside);
+        node->cost += tree_crossed(m->tree, &support);
         take_movers(m, node, p->quadric, QUADRIC_SLOTS);
         take_movers(m, node, p->strength, 1);
     }
-    node->inside = tree_hull(node->inside, &adds);
-    node->cost = tree_crossed(m->tree, &node->inside);
-    for (uint32_t k = leaf->begin; k < leaf->begin + leaf->count; k++) {
-        Bounds support = bounds_of_quadric(m->values + m->plan->perturbations[k].quadric);
-        support = tree_meeting(support, &node->inside);
-        node->cost += tree_crossed(m->tree, &support);
+    for (uint32_t k = leaf->lifts; k < leaf->lifts + leaf->lift_count; k++) {
+        take_movers(m, node, m->plan->lifts[k].frame, MATRIX_SLOTS);
+        take_movers(m, node, m->plan->lifts[k].strength, 1);
+        take_movers(m, node, m->plan->time, 1); // a patch moves by itself
+        node->cost += tree_crossed(m->tree, &node->inside);
     }
+}
+
+static void add_tape(Maker *m, TreeNode *node, const PlanTape *tape)
+{
+    for (uint32_t k = tape->first; k < tape->first + tape->count; k++) {
+        const TapeStep *step = &m->plan->tape_steps[k];
+        if (TAPE_OP(step->word) == TAPE_NUMBER || step->word & TAPE_LITERAL) take_movers(m, node, step->b, 1);
+    }
+}
+
+// A general field or a patch.
+static TreeNode *make_field(Maker *m, const PlanLeaf *leaf)
+{
+    TreeNode *node = tree_node(m->tree, TREE_FIELD);
+    node->class = CLASS_GENERAL;
+    take_movers(m, node, leaf->quadric, MATRIX_SLOTS);
+    if (leaf->kind == LEAF_FIELD) {
+        add_tape(m, node, &m->plan->tapes[leaf->begin]);
+    } else {
+        node->word = "patch";
+        take_movers(m, node, m->plan->time, 1);
+    }
+    return node;
 }
 
 static TreeNode *make_leaf(Maker *m, const PlanLeaf *leaf)
 {
     if (leaf->kind == LEAF_GROUP) return make_group(m, leaf->begin);
-    TreeNode *node = tree_quadric(m->tree, m->values + leaf->quadric);
-    take_movers(m, node, leaf->quadric, QUADRIC_SLOTS);
+    bool field = leaf->kind == LEAF_FIELD || leaf->kind == LEAF_SHEET;
+    TreeNode *node = field ? make_field(m, leaf) : tree_quadric(m->tree, m->values + leaf->quadric);
+    if (!field) take_movers(m, node, leaf->quadric, QUADRIC_SLOTS);
+    node->inside = bounds_of_leaf(m->plan, m->values, leaf);
+    node->cost = tree_crossed(m->tree, &node->inside);
     if (leaf->kind == LEAF_FREEFORM) add_supports(m, node, leaf);
+    node->plain = leaf->kind == LEAF_QUADRIC;
     if (leaf->shown != NO_SLOT) {
         node->conditional = m->movers[leaf->shown] != NULL;
         take_movers(m, node, leaf->shown, 1);
-        if (m->values[leaf->shown] == 0) {
-            node->hidden = true;
-            node->plain = false;
-            node->cost = 0;
-            node->inside = (Bounds){{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
-        }
+        node->hidden = m->values[leaf->shown] == 0;
+        node->plain &= !node->hidden;
+        if (node->hidden) node->cost = 0;
     }
     node->material = tree_material(m->tree, arena_printf(m->tree->arena, "material %u", leaf->material));
     return node;
@@ -131,6 +163,7 @@ static void add(Maker *m, TreeNode *set, TreeNode *part)
 {
     set->movers = tree_join_movers(m->tree, set->movers, part->movers);
     set->rate = set->movers ? RATE_FRAME : RATE_CONST;
+    if (part->class == CLASS_GENERAL) set->class = CLASS_GENERAL;
     tree_add(m->tree, set, part, false);
 }
 

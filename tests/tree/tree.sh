@@ -38,6 +38,14 @@ run 0 "$scn" tree --json moving.scnk
 json '.package and .tree.moved_by == ["time", "frame", "gap", "open"]' out
 json '.tree.bounds | map(map(. * 10 | round)) == [[-40, -20, -2], [20, 20, 2]]' out
 
+# General fields have the class "field"; in a package they have bounds too.
+printf 'param a: scalar = 1;\nscene { field(a - x^2 - y^4 - z^2).named("egg"); sphere(1).move(5, 0, 0); }\n' >field.scn
+run 0 "$scn" tree --json field.scn
+json '.tree.parts[0] | .name == "egg" and .class == "field" and (.exact | not) and .moved_by == ["a"]' out
+run 0 "$scn" build --source field.scn -o field.scnk
+run 0 "$scn" tree --json field.scnk
+json '.tree.class == "field" and .tree.parts[0].moved_by == ["a"] and .tree.parts[0].bounds[1][0] < 2' out
+
 # Colours are those of messages.
 run 0 "$scn" tree --color always "$folder/moving.scn"
 says out "$(printf '\033[1mscene')"
