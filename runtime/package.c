@@ -234,9 +234,11 @@ static bool read_header(Record *r, Header *header, Failure *failure)
     if (header->version > PACKAGE_VERSION)
         return fail(
             failure,
-            "its format is %u, newer than this scn, which reads up to %d: update scn, or build the package again",
+            "its format is %u, newer than this scn, which reads %d: update scn, or build the package again",
             header->version, PACKAGE_VERSION);
-    if (header->version < 1) return fail(failure, "its format %u does not exist", header->version);
+    if (header->version < PACKAGE_VERSION)
+        return fail(failure, "its format is %u, older than that of this scn, %d: build the package again",
+                    header->version, PACKAGE_VERSION);
     if (header->size > r->size)
         return fail(failure, "it is cut off: %zu bytes of %llu are there", r->size, (unsigned long long)header->size);
     if (header->size < r->size) return fail(failure, "there are bytes after its end");

@@ -232,8 +232,8 @@ static void foreign_and_newer_files_are_told(void **state)
     bytes[5] = '\r';
     bytes[8] = PACKAGE_VERSION + 1;
     assert_refused(bytes, size, "newer than this scn");
-    bytes[8] = 0;
-    assert_refused(bytes, size, "does not exist");
+    bytes[8] = PACKAGE_VERSION - 1;
+    assert_refused(bytes, size, "older than that of this scn");
     bytes[8] = PACKAGE_VERSION;
     bytes[12] ^= 1;
     assert_refused(bytes, size, "header is damaged");
