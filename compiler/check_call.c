@@ -349,11 +349,11 @@ static bool gives_whole_and_more(Calling *k, int at, uint32_t position, uint32_t
     if (whole == position + count) return false;
     const Argument *more = &k->arguments[whole == position ? position + 1 : whole];
     const Parameter *meant = whole == position ? meant_behind(k, (uint32_t)at, more) : NULL;
-    const char *hint = meant ? arena_printf(&k->c->scratch, "name this one, as %s: …", meant->name)
-                             : "put all of it into one list";
+    const char *hint =
+        meant ? arena_printf(&k->c->scratch, "name this one, as %s: …", meant->name) : "put all of it into one list";
     k->bad = true;
-    Diag *d = diag(k->c->unit, more->span, DIAG_DUPLICATE_ARGUMENT, "%s of %s is given whole by a list, and here is more: %s",
-                   list->name, k->callee->name, hint);
+    Diag *d = diag(k->c->unit, more->span, DIAG_DUPLICATE_ARGUMENT,
+                   "%s of %s is given whole by a list, and here is more: %s", list->name, k->callee->name, hint);
     if (more->node != k->arguments[whole].node) diag_label(k->c->unit, d, k->arguments[whole].span, "the list");
     if (meant) diag_fix(k->c->unit, d, (Span){more->span.begin, more->span.begin}, FIX_LIKELY, "%s: ", meant->name);
     return true;

@@ -65,7 +65,10 @@ static void report_unit(Checker *c, const Node *node, Type have, Type want, cons
     } else {
         bool time = plain && have.time == 1 && !have.angle, angle = plain && have.angle == 1 && !have.time;
         diag(c->unit, node->span, DIAG_UNIT_MISMATCH, "%s is %s, and this is %s%s", what, type_phrase(arena, want),
-             type_phrase(arena, have), time ? ": divide it by 1s" : angle ? ": divide it by 1rad or 1deg" : "");
+             type_phrase(arena, have),
+             time    ? ": divide it by 1s"
+             : angle ? ": divide it by 1rad or 1deg"
+                     : "");
     }
 }
 

@@ -220,8 +220,7 @@ void names_close(Checker *c, uint32_t mark)
         Symbol *symbol = c->locals[--c->local_count];
         entry_of(c, symbol->name)->local = symbol->outer;
         bool wanted = symbol->kind == SYMBOL_LET || symbol->kind == SYMBOL_PARAMETER; // a loop may only count
-        if (wanted && !symbol->used && symbol->name[0] != '_' && !lost_name(c->unit, symbol->name) &&
-            !c->body->quiet) {
+        if (wanted && !symbol->used && symbol->name[0] != '_' && !lost_name(c->unit, symbol->name) && !c->body->quiet) {
             diag(c->unit, symbol->span, DIAG_UNUSED, "nothing uses %s: remove it, or begin its name with _",
                  symbol->name);
         }

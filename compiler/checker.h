@@ -68,7 +68,7 @@ Symbol *names_global(Checker *c, SymbolKind kind, Name name, Span span, const No
 Symbol *names_prelude(Checker *c, Name name); // where a tag of the prelude is bound; its overloads are chained
 Symbol *names_local(Checker *c, SymbolKind kind, Name name, Span span, const Node *node, Type type);
 Symbol *names_find(Checker *c, Name name);                     // NULL if it means nothing here
-bool names_hide_builtin(Checker *c, Name name); // something that is called is built in under the name
+bool names_hide_builtin(Checker *c, Name name);                // something that is called is built in under the name
 Symbol *names_in(Checker *c, const Module *module, Name name); // a definition of a module, or NULL
 Symbol *names_bring(Checker *c, SymbolKind kind, Module *module, Name name, Span span); // what `use` binds
 Symbol *names_brought(Checker *c, const Module *module, Name name); // by a `use` of a module, or NULL
@@ -96,12 +96,12 @@ typedef struct Use { // a `use` in a module
 } Use;
 
 void modules_begin(Checker *c, Node *tree);
-void modules_use(Checker *c, Node *node); // collects the library's definitions, if they are not yet
-void modules_bind(Checker *c);            // binds the names of all `use`, when all definitions are known
-void modules_check(Checker *c);           // the definitions of libraries
+void modules_use(Checker *c, Node *node);   // collects the library's definitions, if they are not yet
+void modules_bind(Checker *c);              // binds the names of all `use`, when all definitions are known
+void modules_check(Checker *c);             // the definitions of libraries
 void modules_reach(Checker *c, Node *tree); // marks what of libraries the scene needs
 void modules_report_unused(Checker *c, Node *tree);
-Symbol *modules_find(Checker *c, const Module *library, Name name, Span span); // reports; never NULL
+Symbol *modules_find(Checker *c, const Module *library, Name name, Span span);                  // reports; never NULL
 Symbol *modules_find_within(Checker *c, Name library, Span library_span, Name name, Span span); // the same, by its name
 const char *modules_offer(Checker *c, Name name); // "clay.worn", where a library in use has that name
 

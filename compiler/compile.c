@@ -42,7 +42,8 @@ static Node *read_tree(Compilation *c, const Source *source)
     c->unit->lost.read = true;
     phase_done(c, PHASE_PARSE);
     if (c->options->dump_tree) ast_print(c->unit, tree, c->options->dump_tree);
-    if (c->unit->lost.shape) return tree; // brackets are not where they were meant: what would be found is not what is wrong
+    if (c->unit->lost.shape)
+        return tree; // brackets are not where they were meant: what would be found is not what is wrong
     check(c->unit, tree);
     phase_done(c, PHASE_CHECK);
     return tree;

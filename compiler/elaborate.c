@@ -453,7 +453,8 @@ static bool declares_patches(const Eval *e)
 static void assemble(Eval *e, Shown *shown, const Node *tree)
 {
     Ir *ir = e->ir;
-    bool wrong = e->options->wrong || e->unit->errors != e->errors_before; // what is made of that may be what is lacking
+    bool wrong =
+        e->options->wrong || e->unit->errors != e->errors_before; // what is made of that may be what is lacking
     if (!shown->objects.count && !wrong && !declares_patches(e)) warn_empty(e, tree);
     IrId *ids = arena_array(&e->scratch, IrId, shown->objects.count);
     for (uint32_t i = 0; i < shown->objects.count; i++) ids[i] = shown->objects.items[i].id;

@@ -43,8 +43,8 @@ static bool test_rates(Eval *e, const Node *node, const Call *call, const Value 
         if (patch_takes_points(call->callee->id, i) || takes_points(call->callee->id, i)) continue;
         const Node *at = bound_node(call, i, node);
         const char *name = call->callee->parameters[i].name;
-        if (call->callee->id == BUILTIN_MATERIAL ||
-            call->callee->id == BUILTIN_BACKGROUND || call->callee->id == BUILTIN_PAINT_COLOR) {
+        if (call->callee->id == BUILTIN_MATERIAL || call->callee->id == BUILTIN_BACKGROUND ||
+            call->callee->id == BUILTIN_PAINT_COLOR) {
             complain(e, at, DIAG_NOT_YET,
                      "a %s that differs from point to point is not there yet in this version of scn", name);
         } else {

@@ -80,8 +80,9 @@ static Value object_or_report(Operation *o, IrId id)
 static bool refuse_patched(Operation *o, IrId object)
 {
     if (!object_is_patched(o->ir, object)) return false;
-    complain(o->e, o->node, DIAG_NOT_YET,
-             "offsets, blends and warps of sheets and of what patches displace are not there yet in this version of scn");
+    complain(
+        o->e, o->node, DIAG_NOT_YET,
+        "offsets, blends and warps of sheets and of what patches displace are not there yet in this version of scn");
     return true;
 }
 
@@ -144,17 +145,22 @@ static const char *radius_text(RadiusProblem problem)
 {
     switch (problem) {
     case RADIUS_CORNER:
-        return "an offset by a radius where parts meet is not there yet in this version of scn, but of unions that grow, "
-               "of intersections that shrink and of balls, cylinders, slabs and half-spaces at right angles: offset the "
+        return "an offset by a radius where parts meet is not there yet in this version of scn, but of unions that "
+               "grow, "
+               "of intersections that shrink and of balls, cylinders, slabs and half-spaces at right angles: offset "
+               "the "
                "parts, or write iso or normal";
     case RADIUS_MOVES:
-        return "an offset by a radius of what turns or is scaled by numbers that move is not there yet in this version of "
+        return "an offset by a radius of what turns or is scaled by numbers that move is not there yet in this version "
+               "of "
                "scn: offset it first, then turn it";
     case RADIUS_SIGN:
-        return "a radius of several parts that is not known when compiled is not there yet in this version of scn: offset "
+        return "a radius of several parts that is not known when compiled is not there yet in this version of scn: "
+               "offset "
                "each part, or write a number";
     default:
-        return "an offset by a radius of other shapes than balls, cylinders, slabs, half-spaces and what unions make of "
+        return "an offset by a radius of other shapes than balls, cylinders, slabs, half-spaces and what unions make "
+               "of "
                "them is not there yet in this version of scn: write iso or normal";
     }
 }
@@ -239,7 +245,8 @@ static IrId rfunction(Operation *o, const Blend *b, IrId f, IrId g)
     IrId out = op2(o, OP_LT, greater, number(o, 0));
     IrId result = ir_op3(o->ir, OP_SELECT, o->span, out, outside, op2(o, OP_ADD, sum, root));
     if (b->hides) {
-        IrId far = op2(o, OP_LT, number(o, -0.5 * OBJECT_NOWHERE), op2(o, OP_MAX, op1(o, OP_ABS, f), op1(o, OP_ABS, g)));
+        IrId far =
+            op2(o, OP_LT, number(o, -0.5 * OBJECT_NOWHERE), op2(o, OP_MAX, op1(o, OP_ABS, f), op1(o, OP_ABS, g)));
         result = ir_op3(o->ir, OP_SELECT, o->span, far, greater, result);
     }
     return b->intersects ? op1(o, OP_NEG, result) : result;
@@ -278,7 +285,8 @@ Value eval_blend(Eval *e, const Node *node, const Call *call, const Value *args)
         complain(e, bound_node(call, BLEND, node), DIAG_OUT_OF_RANGE, "an R-function has no width: leave out blend");
         return value_bad();
     }
-    test_bounds(e, bound_node(call, BLEND, node), args[BLEND].scalar, 0, false, INFINITY, "the width of a blend is at least 0");
+    test_bounds(e, bound_node(call, BLEND, node), args[BLEND].scalar, 0, false, INFINITY,
+                "the width of a blend is at least 0");
     for (uint32_t k = 0; k < args[OBJECTS].list.count; k++) {
         if (refuse_patched(&o, args[OBJECTS].list.items[k].id)) return value_bad();
     }
@@ -328,7 +336,8 @@ static void taper(Operation *o, const Call *call, const Value *args, IrId at[3])
 {
     IrId low, length;
     ends(o, call, args, &low, &length);
-    test_bounds(o->e, bound_node(call, 2, o->node), args[2].scalar, 0, false, INFINITY, "what it tapers to is at least 0");
+    test_bounds(o->e, bound_node(call, 2, o->node), args[2].scalar, 0, false, INFINITY,
+                "what it tapers to is at least 0");
     IrId part = clamped(o, op2(o, OP_DIV, op2(o, OP_SUB, at[2], low), length), number(o, 0), number(o, 1));
     IrId less = op2(o, OP_SUB, scalar_id(o->e, args[2].scalar), number(o, 1));
     IrId m = op2(o, OP_ADD, op2(o, OP_MUL, part, less), number(o, 1));
@@ -374,9 +383,7 @@ static Value eval_warp(Operation *o, const Call *call, const Value *args)
     case BUILTIN_BEND: bend(o, args, at); break;
     case BUILTIN_TAPER: taper(o, call, args, at); break;
     case BUILTIN_STRETCH: stretch(o, call, args, at); break;
-    default:
-        assert(call->callee->id == BUILTIN_ATTRACT && "there are five warps");
-        attract(o, call, args, at);
+    default: assert(call->callee->id == BUILTIN_ATTRACT && "there are five warps"); attract(o, call, args, at);
     }
     IrId leaves = object_leaves(o->ir, args[0].id);
     return object_or_report(o, leaves ? object_warped(o->ir, leaves, at) : 0);

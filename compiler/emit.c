@@ -97,19 +97,26 @@ static void emit_leaves(Emitter *e)
         if (!is_leaf(node)) continue;
         uint32_t n = node->leaf;
         bool asked = many || node->kind != SHAPE_GROUP; // a group alone has no use for its number
-        if (!last && asked) line(e, "uint leaf%u = id;", n);
-        else if (last && (last->kind == SHAPE_QUADRIC || last->kind == SHAPE_FIELD)) line(e, "uint leaf%u = leaf%u + 1u;", n, last->leaf);
-        else if (last) line(e, "uint leaf%u = ray->nodes[leaf%u].end;", n, last->leaf);
+        if (!last && asked)
+            line(e, "uint leaf%u = id;", n);
+        else if (last && (last->kind == SHAPE_QUADRIC || last->kind == SHAPE_FIELD))
+            line(e, "uint leaf%u = leaf%u + 1u;", n, last->leaf);
+        else if (last)
+            line(e, "uint leaf%u = ray->nodes[leaf%u].end;", n, last->leaf);
         if (node->kind == SHAPE_QUADRIC) {
             line(e, "uint flags%u = ray->records[leaf%u].flags;", n, n);
             line(e, "Roots roots%u = record_roots(ray->records + leaf%u, ray->u, ray->v);", n, n);
         } else if (node->kind == SHAPE_FIELD) {
             line(e, "Stretch stretch%u = {INFINITY, -INFINITY};", n);
         } else {
-            if (before) line(e, "uint begin%u = list_until(ray, begin, stop, leaf%u);", n, n);
-            else line(e, "uint begin%u = begin;", n);
-            if (many) line(e, "uint stop%u = list_until(ray, begin%u, stop, ray->nodes[leaf%u].end);", n, n, n);
-            else line(e, "uint stop%u = stop;", n);
+            if (before)
+                line(e, "uint begin%u = list_until(ray, begin, stop, leaf%u);", n, n);
+            else
+                line(e, "uint begin%u = begin;", n);
+            if (many)
+                line(e, "uint stop%u = list_until(ray, begin%u, stop, ray->nodes[leaf%u].end);", n, n, n);
+            else
+                line(e, "uint stop%u = stop;", n);
             line(e, "Stretch stretch%u = {INFINITY, -INFINITY};", n);
             if (node->kind == SHAPE_GROUP) line(e, "UINT decided%u = NO_LEAF;", n);
             before = true;
@@ -130,20 +137,23 @@ static uint32_t emit_advance(Emitter *e, const char *from)
         line(e, "FLOAT t%u = quadric_%s(roots%u, flags%u, %s);", result, direction(e), n, n, from);
         return result;
     case SHAPE_FREEFORM:
-        line(e, "FLOAT t%u = freeform_advance(ray, leaf%u, begin%u, stop%u, &stretch%u, %s, bound, %s);", result, n, n, n, n, from, sign);
+        line(e, "FLOAT t%u = freeform_advance(ray, leaf%u, begin%u, stop%u, &stretch%u, %s, bound, %s);", result, n, n,
+             n, n, from, sign);
         return result;
     case SHAPE_FIELD:
         line(e, "FLOAT t%u = field_advance(ray, leaf%u, &stretch%u, %s, bound, %s);", result, n, n, from, sign);
         return result;
     case SHAPE_LIFTED:
-        line(e, "FLOAT t%u = lifted_advance(ray, leaf%u, begin%u, stop%u, &stretch%u, %s, bound, %s);", result, n, n, n, n, from, sign);
+        line(e, "FLOAT t%u = lifted_advance(ray, leaf%u, begin%u, stop%u, &stretch%u, %s, bound, %s);", result, n, n, n,
+             n, from, sign);
         return result;
     case SHAPE_SHEET:
-        line(e, "FLOAT t%u = sheet_%s(ray, leaf%u, begin%u, stop%u, &stretch%u, %s, bound);", result, direction(e), n, n, n, n, from);
+        line(e, "FLOAT t%u = sheet_%s(ray, leaf%u, begin%u, stop%u, &stretch%u, %s, bound);", result, direction(e), n,
+             n, n, n, from);
         return result;
     case SHAPE_GROUP:
-        line(e, "FLOAT t%u = group_%u_%s_advance(ray, begin%u, stop%u, &stretch%u, &decided%u, %s, bound);", result, node->count,
-             direction(e), n, n, n, n, from);
+        line(e, "FLOAT t%u = group_%u_%s_advance(ray, begin%u, stop%u, &stretch%u, &decided%u, %s, bound);", result,
+             node->count, direction(e), n, n, n, n, from);
         return result;
     default: break;
     }
@@ -185,7 +195,8 @@ static void emit_decided(Emitter *e, const char *t)
                  e->leave ? "exit" : "entry", n, n, n);
         else if (node->kind != SHAPE_GROUP)
             line(e, "rank = %s == stretch%u.begin ? (UINT)(ray->nodes[leaf%u].rank) : rank;", t, n, n);
-        else line(e, "rank = %s == stretch%u.begin ? decided%u : rank;", t, n, n);
+        else
+            line(e, "rank = %s == stretch%u.begin ? decided%u : rank;", t, n, n);
     }
     line(e, "*decided = rank;");
 }
@@ -263,15 +274,19 @@ static void emit_shape_function(Emitter *e, uint32_t index, bool leave)
     if (e->shape->leaf_count == 1 && root->kind != SHAPE_GROUP) {
         line(e, "*decided = ray->nodes[id].rank;");
         if (root->kind == SHAPE_QUADRIC)
-            line(e, "return quadric_%s(record_roots(ray->records + id, ray->u, ray->v), ray->records[id].flags, t);", direction(e));
+            line(e, "return quadric_%s(record_roots(ray->records + id, ray->u, ray->v), ray->records[id].flags, t);",
+                 direction(e));
         else if (root->kind == SHAPE_FIELD)
             line(e, "return field_next(ray, id, t, bound, %s, t != t, ray->shadow);", leave ? "-1.0f" : "1.0f");
         else if (root->kind == SHAPE_LIFTED)
-            line(e, leave ? "return lifted_next(ray, id, begin, stop, t, bound, -1.0f, t != t);" : "return lifted_first(ray, id, begin, stop, t, bound);");
+            line(e, leave ? "return lifted_next(ray, id, begin, stop, t, bound, -1.0f, t != t);"
+                          : "return lifted_first(ray, id, begin, stop, t, bound);");
         else if (root->kind == SHAPE_SHEET)
             line(e, leave ? "return t;" : "return sheet_next(ray, begin, stop, t, bound);");
-        else if (leave) line(e, "return freeform_next(ray, id, begin, stop, t, bound, -1.0f, t != t);");
-        else line(e, "return freeform_first(ray, id, begin, stop, t, bound);");
+        else if (leave)
+            line(e, "return freeform_next(ray, id, begin, stop, t, bound, -1.0f, t != t);");
+        else
+            line(e, "return freeform_first(ray, id, begin, stop, t, bound);");
     } else if (is_flat_march(e)) {
         emit_flat_march(e);
         emit_decided(e, "t");
@@ -302,14 +317,17 @@ static void emit_shape(Emitter *e, uint32_t index)
 static void emit_dispatch(Emitter *e, const PlanGroupType *type, const char *from)
 {
     if (type->shape_count == 1) {
-        line(e, "FLOAT place = shape_%u_%s(ray, id, first, at, %s, bound, &which);", type->shapes[0], direction(e), from);
+        line(e, "FLOAT place = shape_%u_%s(ray, id, first, at, %s, bound, &which);", type->shapes[0], direction(e),
+             from);
         return;
     }
     line(e, "FLOAT place;");
     line(e, "switch (ray->nodes[id].shape) {");
     for (uint32_t k = 0; k < type->shape_count; k++) {
-        if (k + 1 < type->shape_count) line(e, "case %u:", type->shapes[k]);
-        else line(e, "default:");
+        if (k + 1 < type->shape_count)
+            line(e, "case %u:", type->shapes[k]);
+        else
+            line(e, "default:");
         line(e, "    place = shape_%u_%s(ray, id, first, at, %s, bound, &which);", type->shapes[k], direction(e), from);
         line(e, "    break;");
     }
@@ -334,8 +352,8 @@ static void emit_group_function(Emitter *e, uint32_t index, bool leave)
     const PlanGroupType *type = &e->plan->group_types[index];
     e->leave = leave;
     bool freeforms = type->shape_count == 1 && is_freeform(&e->plan->shapes[type->shapes[0]]);
-    line(e, "%s FLOAT group_%u_%s(const Ray *ray, uint begin, uint stop, FLOAT t, FLOAT bound, UINT *decided)", linkage(freeforms, leave), index,
-         direction(e));
+    line(e, "%s FLOAT group_%u_%s(const Ray *ray, uint begin, uint stop, FLOAT t, FLOAT bound, UINT *decided)",
+         linkage(freeforms, leave), index, direction(e));
     line(e, "{");
     e->depth++;
     line(e, "*decided = NO_LEAF;");
@@ -383,7 +401,9 @@ static void emit_group_advance(Emitter *e, uint32_t index, bool leave)
 {
     e->leave = leave;
     const char *other = leave ? "enter" : "leave";
-    line(e, "static FLOAT group_%u_%s_advance(const Ray *ray, uint begin, uint stop, Stretch *stretch, UINT *decided, FLOAT t, FLOAT bound)",
+    line(e,
+         "static FLOAT group_%u_%s_advance(const Ray *ray, uint begin, uint stop, Stretch *stretch, UINT *decided, "
+         "FLOAT t, FLOAT bound)",
          index, direction(e));
     line(e, "{");
     e->depth++;

@@ -72,9 +72,9 @@ typedef struct Eval {
     Frame *frame;  // NULL outside of calls
     const Forming *forming;
     const Loop *loop; // the innermost whose turn this is
-    Scalar path;    // the conditions of frame rate under which this is evaluated; asserts hold under them
-    Span site;      // inside of the prelude: the call in the scene; else nowhere
-    uint32_t order; // of the file's item that is evaluated
+    Scalar path;      // the conditions of frame rate under which this is evaluated; asserts hold under them
+    Span site;        // inside of the prelude: the call in the scene; else nowhere
+    uint32_t order;   // of the file's item that is evaluated
     double fps;
     uint64_t items;
     int calls;         // depth
@@ -84,7 +84,7 @@ typedef struct Eval {
     size_t stack_size;
     Print *prints, **prints_end;
     int errors_before;
-    int complaints; // errors, the same ones again included
+    int complaints;  // errors, the same ones again included
     Value animation; // of the scene, once it is known
     uint32_t assert_capacity;
     bool *asserted; // by node: this condition is tested already
@@ -109,9 +109,9 @@ Value eval_expr(Eval *e, const Node *node);
 Scalar scalar_op1(Eval *e, IrOp op, const Node *at, Scalar a);
 Scalar scalar_op2(Eval *e, IrOp op, const Node *at, Scalar a, Scalar b);
 Scalar scalar_select(Eval *e, const Node *at, Scalar condition, Scalar a, Scalar b);
-IrId scalar_id(Eval *e, Scalar s);                       // the node; makes one of a constant
-Span span_of(const Eval *e, const Node *node);           // where the scene says it
-Scalar unit_interval(Eval *e, const Node *at, Scalar s); // from 0 to 1: what is beyond is the nearer end
+IrId scalar_id(Eval *e, Scalar s);                         // the node; makes one of a constant
+Span span_of(const Eval *e, const Node *node);             // where the scene says it
+Scalar unit_interval(Eval *e, const Node *at, Scalar s);   // from 0 to 1: what is beyond is the nearer end
 Value checked_int(Eval *e, const Node *node, Value value); // reports an int that is beyond 2^53
 Value eval_equal(Eval *e, const Node *at, const Value *a, const Value *b);
 Value join_sets(Eval *e, const Node *at, IrOp op, const IrId *ids, uint32_t count);
@@ -174,10 +174,11 @@ void default_lights(Eval *e, List *lights);
 IrId transform_parts(Eval *e, const Node *at, IrOp op, IrId part, IrId matrix);
 
 // --- elaborate_operation.c
-Value eval_operation(Eval *e, const Node *node, const Call *call, const Value *args); // offset, shell, twist, …, attract
-Value eval_blend(Eval *e, const Node *node, const Call *call, const Value *args);     // of a set with a width or a style
+Value eval_operation(Eval *e, const Node *node, const Call *call,
+                     const Value *args);                                          // offset, shell, twist, …, attract
+Value eval_blend(Eval *e, const Node *node, const Call *call, const Value *args); // of a set with a width or a style
 bool knows_expression(Eval *e, const Node *at, Scalar s); // false after a report: F cannot be made of it
-bool takes_points(uint16_t builtin, uint32_t argument); // whether an argument of an operation may be of point rate
+bool takes_points(uint16_t builtin, uint32_t argument);   // whether an argument of an operation may be of point rate
 
 // --- elaborate_patch.c
 Value eval_patch_thing(Eval *e, const Node *node, const Call *call, const Value *args);

@@ -20,7 +20,8 @@ bool *expression_reached(const Ir *ir, IrId expression, Arena *scratch)
 
 static bool is_known(IrOp op)
 {
-    return op == OP_X || op == OP_Y || op == OP_Z || (op >= OP_ADD && op <= OP_ROUND) || (op >= OP_LT && op <= OP_SELECT);
+    return op == OP_X || op == OP_Y || op == OP_Z || (op >= OP_ADD && op <= OP_ROUND) ||
+           (op >= OP_LT && op <= OP_SELECT);
 }
 
 IrOp expression_unknown(const Ir *ir, IrId expression)
@@ -108,7 +109,8 @@ static IrId times(Ir *ir, Span span, IrId a, IrId b)
 static IrId quadric_expression(Ir *ir, IrId quadric)
 {
     Span span = ir_at(ir, quadric)->span;
-    IrId x = ir_node(ir, OP_X, span, NULL, 0), y = ir_node(ir, OP_Y, span, NULL, 0), z = ir_node(ir, OP_Z, span, NULL, 0);
+    IrId x = ir_node(ir, OP_X, span, NULL, 0), y = ir_node(ir, OP_Y, span, NULL, 0),
+         z = ir_node(ir, OP_Z, span, NULL, 0);
     const IrId factors[9][2] = {{x, x}, {y, y}, {z, z}, {x, y}, {x, z}, {y, z}, {x, 0}, {y, 0}, {z, 0}};
     IrId sum = ir_operand(ir, quadric, 9);
     for (uint32_t k = 0; k < 9; k++) {
@@ -124,7 +126,8 @@ static IrId quadric_expression(Ir *ir, IrId quadric)
 IrId expression_of_base(Ir *ir, IrId base)
 {
     IrId matrix, function = leaf_function(ir, base, &matrix), coordinates[3];
-    IrId expression = ir_at(ir, function)->op == OP_FIELD ? ir_operand(ir, function, 0) : quadric_expression(ir, function);
+    IrId expression =
+        ir_at(ir, function)->op == OP_FIELD ? ir_operand(ir, function, 0) : quadric_expression(ir, function);
     if (!matrix) return expression;
     expression_inverse_point(ir, ir_at(ir, base)->span, matrix, coordinates);
     return expression_substitute(ir, expression, coordinates);

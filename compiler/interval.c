@@ -57,7 +57,8 @@ static double product(double a, double b)
 
 static Interval multiplied(Interval a, Interval b)
 {
-    double p = product(a.low, b.low), q = product(a.low, b.high), r = product(a.high, b.low), s = product(a.high, b.high);
+    double p = product(a.low, b.low), q = product(a.low, b.high), r = product(a.high, b.low),
+           s = product(a.high, b.high);
     return outward(fmin(fmin(p, q), fmin(r, s)), fmax(fmax(p, q), fmax(r, s)), 1);
 }
 

@@ -28,9 +28,10 @@ typedef struct Lowering {
     Pairs lists;      // hashes of lists of operands
     IrId *list_owner; // of each the node that had it first
     uint32_t list_capacity;
-    uint32_t *indices; // of a free form the first perturbation, of a general field its tape, of a material its index, of
-                       // a name its object; + 1
-    Waiting *waiting;  // by group
+    uint32_t
+        *indices;     // of a free form the first perturbation, of a general field its tape, of a material its index, of
+                      // a name its object; + 1
+    Waiting *waiting; // by group
     uint32_t *starts, *sorted; // for sorting a group's members by shape
     uint32_t group_capacity, component_capacity, leaf_capacity, perturbation_capacity, material_capacity,
         object_capacity;
@@ -187,7 +188,8 @@ static void need_leaf(Lowering *l, IrId id)
         values_need_checked(&l->values, ir_operand(l->ir, perturbation, 1));
         if (ir_at(l->ir, perturbation)->op == OP_LIFT) {
             values_need(&l->values, ir_operand(l->ir, perturbation, 2));
-            for (uint32_t cap = 3; cap < 5; cap++) values_need_checked(&l->values, ir_operand(l->ir, perturbation, cap));
+            for (uint32_t cap = 3; cap < 5; cap++)
+                values_need_checked(&l->values, ir_operand(l->ir, perturbation, cap));
         } else {
             values_need(&l->values, ir_operand(l->ir, perturbation, 0));
         }
@@ -269,7 +271,8 @@ static uint32_t tape_of(Lowering *l, IrId field)
     TapeSlots slots = {&l->values, number_slot};
     TapeStep *steps;
     uint32_t count;
-    if (!tape_new(&scratch, l->ir, ir_operand(l->ir, field, 0), &slots, &steps, &count)) l->pieces.status = LOWER_TOO_LONG;
+    if (!tape_new(&scratch, l->ir, ir_operand(l->ir, field, 0), &slots, &steps, &count))
+        l->pieces.status = LOWER_TOO_LONG;
     plan->tapes = array_room(l->arena, plan->tapes, plan->tape_count, &l->tape_capacity, sizeof *plan->tapes);
     plan->tapes[plan->tape_count] = (PlanTape){plan->tape_step_count, count};
     for (uint32_t k = 0; k < count; k++) {
@@ -331,7 +334,8 @@ static PlanLeaf sheet_leaf(Lowering *l, IrId id, PlanLeaf leaf)
     IrId sheet = moved ? ir_operand(l->ir, id, 0) : id;
     leaf.kind = LEAF_SHEET;
     leaf.begin = patch_of(l, ir_operand(l->ir, sheet, 0));
-    leaf.quadric = moved ? values_slot(&l->values, ir_operand(l->ir, id, 1)) : values_constants(&l->values, identity, 12);
+    leaf.quadric =
+        moved ? values_slot(&l->values, ir_operand(l->ir, id, 1)) : values_constants(&l->values, identity, 12);
     return leaf;
 }
 

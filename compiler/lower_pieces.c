@@ -63,7 +63,8 @@ static ShapeNodeKind leaf_kind(const Ir *ir, IrId core)
 
 static Piece leaf_piece(Pieces *p, IrId id)
 {
-    Piece piece = {.shape = shapes_leaf(&p->shapes, leaf_kind(p->ir, leaf_parts(p->ir, id).core)), .leaf_count = 1, .total = 1};
+    Piece piece = {
+        .shape = shapes_leaf(&p->shapes, leaf_kind(p->ir, leaf_parts(p->ir, id).core)), .leaf_count = 1, .total = 1};
     piece.leaves = arena_new(p->scratch, PieceLeaf);
     piece.leaves[0].index = id;
     return piece;

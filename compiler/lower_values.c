@@ -269,7 +269,7 @@ static void need_operands(Values *v, IrId id)
     if (base) v->needs[ir_operand(v->ir, id, 0)] |= NEED_VALUE;
     for (uint32_t k = base && !field; k < node->count; k++) {
         if (node->op == OP_LIFT || node->op == OP_SHEET) return; // a field program knows no patches
-        if (node->op == OP_PAINT && k == 1) continue; // where F is asked for, colours are not
+        if (node->op == OP_PAINT && k == 1) continue;            // where F is asked for, colours are not
         need_operand(v, ir_operand(v->ir, id, k), gathered);
     }
 }

@@ -60,7 +60,8 @@ double noise_gradient(double x, double y, double z)
     }
     u = fade(x);
     double v = fade(y), w = fade(z), along_y[2];
-    for (int k = 0; k < 2; k++) along_y[k] = mixed(mixed(n[k][0][0], n[k][0][1], u), mixed(n[k][1][0], n[k][1][1], u), v);
+    for (int k = 0; k < 2; k++)
+        along_y[k] = mixed(mixed(n[k][0][0], n[k][0][1], u), mixed(n[k][1][0], n[k][1][1], u), v);
     return 0.964921414852142333984375 * mixed(along_y[0], along_y[1], w);
 }
 

@@ -73,8 +73,7 @@ static IrId up_expression(Walk *walk, IrId id, uint32_t context)
     case OP_UNION: return folded(walk, id, OP_MAX);
     case OP_INTERSECT: return folded(walk, id, OP_MIN);
     case OP_COMPLEMENT: return ir_op1(ir, OP_NEG, span, first);
-    case OP_SHOW:
-        return ir_op3(ir, OP_SELECT, span, ir_operand(ir, id, 1), first, ir_const(ir, OBJECT_NOWHERE));
+    case OP_SHOW: return ir_op3(ir, OP_SELECT, span, ir_operand(ir, id, 1), first, ir_const(ir, OBJECT_NOWHERE));
     case OP_MORPH: return mixed(walk, id);
     default: return first; // paint and names
     }

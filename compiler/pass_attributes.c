@@ -115,7 +115,8 @@ static IrId leaf(Ir *ir, IrId id, Context c)
         c.high = 0;
         id = leaf_quadric(ir, (Span){0}, (const double[10]){[9] = c.negative ? -1 : 1});
     }
-    if (leaf_is_sheet(ir, id)) { // -F is a distance, which nothing is below: all points are in it, but where it is hidden
+    if (leaf_is_sheet(ir,
+                      id)) { // -F is a distance, which nothing is below: all points are in it, but where it is hidden
         if (c.negative) return all_or_nothing(ir, span, true);
         c.high = 0;
     }

@@ -10,7 +10,7 @@ static double field_leaf_at(const Plan *plan, const double *values, const PlanLe
 {
     Arena scratch = {0};
     const PlanTape *tape = &plan->tapes[leaf->begin];
-    double local[3], *work = arena_array(&scratch, double, TAPE_WORK * (size_t)(TAPE_POINT + tape->count));
+    double local[3], *work = arena_array(&scratch, double, TAPE_WORK *(size_t)(TAPE_POINT + tape->count));
     matrix_point(values + leaf->quadric, point, local);
     double f = tape_at(plan, tape, values, local, work).f;
     arena_release(&scratch);

@@ -56,16 +56,17 @@ typedef struct PlanLift {
 } PlanLift;
 
 typedef struct PlanLeaf {
-    uint32_t kind;         // PlanLeafKind
-    Slot quadric;          // ten slots: F or the free form's base (LEAF_GROUP: unused); LEAF_FIELD: twelve, the map from
-                           // the world into the expression's coordinates; LEAF_SHEET: twelve, from the patch to the world
-    uint32_t begin, count; // LEAF_FREEFORM: perturbations; begin is the tape of LEAF_FIELD, the patch of LEAF_SHEET, the
-                           // group of LEAF_GROUP; count 1
-    uint32_t material;     // index into materials (LEAF_GROUP: unused)
+    uint32_t kind; // PlanLeafKind
+    Slot quadric;  // ten slots: F or the free form's base (LEAF_GROUP: unused); LEAF_FIELD: twelve, the map from
+                   // the world into the expression's coordinates; LEAF_SHEET: twelve, from the patch to the world
+    uint32_t begin,
+        count;         // LEAF_FREEFORM: perturbations; begin is the tape of LEAF_FIELD, the patch of LEAF_SHEET, the
+                       // group of LEAF_GROUP; count 1
+    uint32_t material; // index into materials (LEAF_GROUP: unused)
     uint32_t
         object; // index into objects: the outermost name above the leaf, so of `object car = body | wheels` it is car
-    uint32_t order; // rank among all leaves as the scene says them
-    Slot shown;     // one slot: 0 hides the leaf (F = -infinity); NO_SLOT: always shown
+    uint32_t order;             // rank among all leaves as the scene says them
+    Slot shown;                 // one slot: 0 hides the leaf (F = -infinity); NO_SLOT: always shown
     uint32_t lifts, lift_count; // LEAF_FREEFORM: with any, it is a SHAPE_LIFTED
 } PlanLeaf;
 #define NO_SLOT UINT32_MAX
@@ -131,11 +132,11 @@ typedef enum StepKind {
     STEP_GATHER,  // result … = the operands, each one value: all finite, or the frame stops
     STEP_MATRIX,  // op: OP_COMPOSE of two matrices, OP_INVERSE of one, OP_STAND of seven scalars
     STEP_QUADRIC, // a quadric, a matrix M: the quadric of F(M^-1 X)
-    STEP_PLACE,   // a field program, then x y z turn: the frame on its surface (OP_PLACE); or from xyz, toward xyz: OP_SURFACE
-    STEP_HEIGHT,  // a field program, that of a quadric, a matrix, x y z: OP_HEIGHT, one scalar
+    STEP_PLACE, // a field program, then x y z turn: the frame on its surface (OP_PLACE); or from xyz, toward xyz: OP_SURFACE
+    STEP_HEIGHT,    // a field program, that of a quadric, a matrix, x y z: OP_HEIGHT, one scalar
     STEP_STEEPNESS, // a field program, a matrix, low, high: OP_STEEPNESS, one scalar
-    STEP_ASSERT,  // a scalar that is not 0, or the frame stops with `text`
-    STEP_AT,      // a field program, then x y z: F there (OP_AT), one scalar
+    STEP_ASSERT,    // a scalar that is not 0, or the frame stops with `text`
+    STEP_AT,        // a field program, then x y z: F there (OP_AT), one scalar
 } StepKind;
 // A field program among operands: the number of its words, then the words (compiler/field.h), whose values are slots.
 
@@ -179,8 +180,9 @@ typedef struct PlanPatch {
     Slot model[PATCH_OPERANDS - 3]; // the operands of OP_PATCH from the step on
     PlanPart *parts;
     uint32_t part_count;
-    Slot box; // seven slots of the plan: low x y z, high x y z of its places, and a number that is another when its shape is;
-              // whoever solves it fills them (the image has the flat square)
+    Slot
+        box; // seven slots of the plan: low x y z, high x y z of its places, and a number that is another when its shape is;
+             // whoever solves it fills them (the image has the flat square)
 } PlanPatch;
 
 typedef struct Plan {
@@ -244,7 +246,8 @@ bool *plan_computed(const Plan *plan, Arena *arena);
 double plan_field(const Plan *plan, const double *values, const double point[3], uint32_t *leaf);
 double plan_component_field(const Plan *plan, const double *values, uint32_t component, const double point[3],
                             uint32_t *leaf);
-double plan_leaf_field(const Plan *plan, const double *values, const PlanLeaf *leaf,
-                       const double point[3]); // not of LEAF_GROUP; patches are not known here: sheets are empty, lifts 0
+double plan_leaf_field(
+    const Plan *plan, const double *values, const PlanLeaf *leaf,
+    const double point[3]); // not of LEAF_GROUP; patches are not known here: sheets are empty, lifts 0
 
 #endif

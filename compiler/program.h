@@ -91,7 +91,7 @@ typedef struct Symbol {
     bool global;   // of a file
     bool hides;    // something built in has the name too
     bool used;
-    bool reached;  // of a library: the scene needs it, by way of others perhaps
+    bool reached;   // of a library: the scene needs it, by way of others perhaps
     Module *module; // of a file's definition; SYMBOL_LIBRARY, SYMBOL_BROUGHT: the one that uses it
     Type type;
     Span span;            // of the name, where it is defined

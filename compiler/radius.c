@@ -315,7 +315,8 @@ static uint32_t below(Walk *walk, IrId id, uint32_t context)
 static void down(Walk *walk, IrId id, uint32_t context)
 {
     IrOp op = ir_at(walk->ir, id)->op;
-    if (op == OP_UNION || op == OP_INTERSECT || op == OP_COMPLEMENT || op == OP_PAINT || op == OP_NAMED || op == OP_SHOW)
+    if (op == OP_UNION || op == OP_INTERSECT || op == OP_COMPLEMENT || op == OP_PAINT || op == OP_NAMED ||
+        op == OP_SHOW)
         walk_reach_operands(walk, id, below(walk, id, context));
 }
 

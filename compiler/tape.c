@@ -193,8 +193,8 @@ static uint32_t put_node(Maker *m, IrId id)
 
 static bool has_operand_b(uint32_t op)
 {
-    return (op >= TAPE_ADD && op <= TAPE_MAX) || op == TAPE_POW || op == TAPE_LSE || op == TAPE_ATAN2 || op == TAPE_MOD ||
-           (op >= TAPE_LT && op <= TAPE_OR);
+    return (op >= TAPE_ADD && op <= TAPE_MAX) || op == TAPE_POW || op == TAPE_LSE || op == TAPE_ATAN2 ||
+           op == TAPE_MOD || (op >= TAPE_LT && op <= TAPE_OR);
 }
 
 // Steps whose value nothing needs go, and the others are numbered anew.
@@ -474,7 +474,8 @@ static bool refine(const Plan *plan, const PlanTape *tape, const double *values,
     for (uint32_t k = 0; k < count; k++) {
         for (uint32_t part = 0; part < 8; part++) {
             Cell cell = {.size = cells[k].size / 2};
-            for (uint32_t axis = 0; axis < 3; axis++) cell.low[axis] = cells[k].low[axis] + (part >> axis & 1) * cell.size;
+            for (uint32_t axis = 0; axis < 3; axis++)
+                cell.low[axis] = cells[k].low[axis] + (part >> axis & 1) * cell.size;
             if (!cell_matters(plan, tape, values, &cell, work)) continue;
             if (*next_count == BOUNDS_CELLS) return false;
             next[(*next_count)++] = cell;
@@ -486,7 +487,7 @@ static bool refine(const Plan *plan, const PlanTape *tape, const double *values,
 void tape_bounds(const Plan *plan, const PlanTape *tape, const double *values, double low[3], double high[3])
 {
     Arena scratch = {0};
-    double *work = arena_array(&scratch, double, TAPE_WORK * (size_t)(TAPE_POINT + tape->count));
+    double *work = arena_array(&scratch, double, TAPE_WORK *(size_t)(TAPE_POINT + tape->count));
     Cell *cells = arena_array(&scratch, Cell, BOUNDS_CELLS), *next = arena_array(&scratch, Cell, BOUNDS_CELLS);
     cells[0] = (Cell){{-TAPE_REACH, -TAPE_REACH, -TAPE_REACH}, 2 * TAPE_REACH};
     uint32_t count = 1, next_count;

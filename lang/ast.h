@@ -151,7 +151,8 @@ enum { NODE_DEPTH_MAX = 256 };
 // True for the kinds that make chains: NODE_BINARY, NODE_CALL, NODE_MEMBER, NODE_INDEX (their `a` is the left of the chain).
 static inline bool node_is_link(const Node *node)
 {
-    return node->kind == NODE_BINARY || node->kind == NODE_CALL || node->kind == NODE_MEMBER || node->kind == NODE_INDEX;
+    return node->kind == NODE_BINARY || node->kind == NODE_CALL || node->kind == NODE_MEMBER ||
+           node->kind == NODE_INDEX;
 }
 
 // The chain that ends in `node`, from the innermost link on, in an array of the arena. For a node that is no link, it alone.

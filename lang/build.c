@@ -332,8 +332,9 @@ Node *build_assignment(Parser *p, Span span, Name name, Span name_span, Span equ
 {
     if (filter_in_arguments(&p->filter)) {
         Span gap = {name_span.end, equals.end};
-        Diag *d = diag(p->unit, equals, DIAG_NAMED_ARGUMENT,
-                       "an argument is written with a colon, %s: …, and a name gets its value by let %s = …", name, name);
+        Diag *d =
+            diag(p->unit, equals, DIAG_NAMED_ARGUMENT,
+                 "an argument is written with a colon, %s: …, and a name gets its value by let %s = …", name, name);
         diag_fix(p->unit, d, gap, FIX_SURE, ":");
         Node *node = build_entry(p, span, build_name(p, name_span, name), value, NULL, equals, list_of(NULL));
         node->flag = true; // if there is no such argument, that is no second mistake

@@ -329,7 +329,7 @@ static void report_unclosed(Filter *f, Span at, const char *what)
     Span silent = f->unit->lost.silent;
     bool in_lost = f->last.span.end > silent.begin && f->last.span.end <= silent.end;
     if (f->unit->lost.shape || in_lost) return; // it may be closed in what was lost
-    if (b->closer == TOK_STRING_TAIL) return; // the scanner has seen that it ends
+    if (b->closer == TOK_STRING_TAIL) return;   // the scanner has seen that it ends
     Diag *d = diag(f->unit, b->open, DIAG_UNCLOSED, "this %s is not closed: write %s", opener_text(b->closer),
                    closer_text(b->closer));
     diag_label(f->unit, d, at, "it should be closed before %s", what);

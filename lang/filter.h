@@ -13,17 +13,17 @@
 #include "lang/scan.h"
 
 typedef struct Bracket {
-    int closer;      // ')' ']' '}', TOK_STRING_TAIL of an interpolation; TOK_YYEOF of the file
-    Span open;       // the opening mark
-    int headers;     // of `if` and `for` that wait for their body
-    int item_words;  // since the current item began; 0 between items
-    int item_first;  // the first of them
+    int closer;          // ')' ']' '}', TOK_STRING_TAIL of an interpolation; TOK_YYEOF of the file
+    Span open;           // the opening mark
+    int headers;         // of `if` and `for` that wait for their body
+    int item_words;      // since the current item began; 0 between items
+    int item_first;      // the first of them
     uint32_t item_begin; // and where it stands
-    bool item_colon; // it has a colon of its own
-    bool function;   // the next { in this bracket is the body of an fn, tag or tool
-    bool is_body;    // opened by TOK_BODY or the body of a function: no arguments in it
-    Span stray;      // the first mark in it that closes nothing
-    int forgiven;    // closers of ( or [ that were put in here because they were missing
+    bool item_colon;     // it has a colon of its own
+    bool function;       // the next { in this bracket is the body of an fn, tag or tool
+    bool is_body;        // opened by TOK_BODY or the body of a function: no arguments in it
+    Span stray;          // the first mark in it that closes nothing
+    int forgiven;        // closers of ( or [ that were put in here because they were missing
 } Bracket;
 
 enum { FILTER_LOOK = 4 }; // a power of two

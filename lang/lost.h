@@ -18,7 +18,8 @@ typedef struct Lost {
     bool shape;  // brackets, strings or comments do not end where they should: only what was reported so far is sure
     bool files;  // a file that was to be included or used is not there: any name may be one of its
     Span silent; // reports that begin in here follow from one that was made, and are dropped
-    bool read;   // the parser is done: what is reported in a line of `lines` from now on follows from what was wrong with its shape
+    bool
+        read; // the parser is done: what is reported in a line of `lines` from now on follows from what was wrong with its shape
     Span *lines; // that the parser could not make sense of
     uint32_t line_count, line_capacity;
     Name *names; // words of texts that were skipped: an open-addressing set by pointer

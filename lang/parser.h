@@ -73,10 +73,11 @@ Node *build_unary(Parser *p, Span span, NodeOp op, Span op_span, Node *a);
 Node *build_foreign_not(Parser *p, Span span, Span op_span, Node *a); // !a
 Node *build_binary(Parser *p, Span span, NodeOp op, Span op_span, Node *a, Node *b);
 Node *build_comparison(Parser *p, Span span, NodeOp op, Span op_span, Node *a, Node *b); // also a < b < c
-Node *build_modulo(Parser *p, Span span, Span op_span, Node *a, Node *b);                    // a % b
+Node *build_modulo(Parser *p, Span span, Span op_span, Node *a, Node *b);                // a % b
 Node *build_call(Parser *p, Span span, Name name, Span name_span, Node *receiver, Node *call);
 Node *build_arguments(Parser *p, Span span, bool parentheses, NodeList arguments, Node *block); // what build_call takes
-Node *build_argument(Parser *p, Span span, Name name, Span name_span, Node *value); // with a name: others are their expression
+Node *build_argument(Parser *p, Span span, Name name, Span name_span,
+                     Node *value); // with a name: others are their expression
 Node *build_named_with_equals(Parser *p, Span span, Name name, Span name_span, Span equals,
                               Node *value); // f(radius = 2)
 Node *build_member(Parser *p, Span span, Node *a, Name name, Span name_span);

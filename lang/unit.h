@@ -15,7 +15,8 @@ typedef const char *LibraryText(const char *name, size_t *length);
 
 typedef struct Unit {
     Arena arena;
-    Arena tree_arena; // the nodes of the trees and what is known of them: released when nothing needs the trees any more
+    Arena
+        tree_arena; // the nodes of the trees and what is known of them: released when nothing needs the trees any more
     Sources sources;
     Names names; // interned: equal names are equal pointers
     Diagnostics diagnostics;

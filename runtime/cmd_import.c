@@ -43,8 +43,10 @@ int command_import(const Options *options)
         status = EXIT_WORLD;
     } else {
         const char *scene = import_vm(&arena, text, length, &scene_length, &failure);
-        if (scene) status = write_scene(options, scene, scene_length);
-        else command_error("%s: %s", options->files[0], failure.text);
+        if (scene)
+            status = write_scene(options, scene, scene_length);
+        else
+            command_error("%s: %s", options->files[0], failure.text);
     }
     arena_release(&arena);
     return status;

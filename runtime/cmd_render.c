@@ -253,8 +253,10 @@ static void report_doubts(const Job *job)
     unsigned long long rays = stats.uncertain;
     fprintf(stderr, "scn: warning: %llu ray%s a general field where it is finer than floats can tell: ", rays,
             rays == 1 ? " meets" : "s meet");
-    if (job->layers & SCN_LAYER_CERTIFICATE) fprintf(stderr, "the layer certificate is 1 there\n");
-    else fprintf(stderr, "`-o a.exr --layers color,certificate` shows where\n");
+    if (job->layers & SCN_LAYER_CERTIFICATE)
+        fprintf(stderr, "the layer certificate is 1 there\n");
+    else
+        fprintf(stderr, "`-o a.exr --layers color,certificate` shows where\n");
 }
 
 static void report(const Job *job, const char *last_path)

@@ -16,9 +16,9 @@ typedef enum FilmLayer {
     FILM_COLOR = 1, // R G B linear light, A coverage 0 … 1 (the background is in R G B where A is less than 1)
     FILM_DEPTH =
         2, // distance from the eye along the viewing direction (not along the ray); +infinity where nothing is hit
-    FILM_NORMAL = 4,   // outward, unit length, world coordinates; 0 0 0 where nothing is hit
-    FILM_POSITION = 8, // world coordinates; 0 0 0 where nothing is hit
-    FILM_ID = 16,      // 1 + index into Plan.objects; 0 where nothing is hit
+    FILM_NORMAL = 4,       // outward, unit length, world coordinates; 0 0 0 where nothing is hit
+    FILM_POSITION = 8,     // world coordinates; 0 0 0 where nothing is hit
+    FILM_ID = 16,          // 1 + index into Plan.objects; 0 where nothing is hit
     FILM_CERTIFICATE = 32, // 0: what the ray meets first is certain; 1: floats could not tell (a general field's alone)
 } FilmLayer;
 #define FILM_ALL 63u
@@ -32,14 +32,14 @@ typedef struct FilmCover {
 
 typedef struct Film {
     int width, height;
-    unsigned layers;  // FilmLayer bits
-    float *color;     // 4 a pixel
-    float *depth;     // 1
-    float *normal;    // 3: unit length, towards the viewer
-    float *position;  // 3
-    uint32_t *id;     // 1
+    unsigned layers;    // FilmLayer bits
+    float *color;       // 4 a pixel
+    float *depth;       // 1
+    float *normal;      // 3: unit length, towards the viewer
+    float *position;    // 3
+    uint32_t *id;       // 1
     float *certificate; // 1
-    FilmCover *cover; // one a pixel, of a picture made from several frames (runtime/sample.h); else NULL
+    FilmCover *cover;   // one a pixel, of a picture made from several frames (runtime/sample.h); else NULL
     // Where in its pixel the ray goes, from the pixel's left and top edge: 0.5 0.5 is the centre. Many frames with
     // different places make one smooth picture (runtime/sample.h).
     double place_x, place_y;

@@ -9,8 +9,8 @@
 
 // Where the form by the middle is used: nearer than this (in units, about what is looked at), with these ranks. Beyond it, squares of large numbers would
 // cancel in float; the general form has the root that is near from a quotient instead.
-#define REACH 8.0
-#define LEAD_RANK 1e-7
+#define REACH      8.0
+#define LEAD_RANK  1e-7
 #define CONIC_RANK 1e-6
 
 // What floats may add to the size of a box.
@@ -160,7 +160,8 @@ double fold_record(const ScreenQuadric *f, double factor, QuadricRecord *r)
     bool lead = fabs(f->ww) > LEAD_RANK * largest;
     Conic k = {0};
     if (lead) find_conic(f, &k);
-    bool centred = lead && k.centred && is_near(&k) && is_float(k.a) && is_float(k.b) && is_float(k.c) && is_float(k.tu) && is_float(k.tv);
+    bool centred = lead && k.centred && is_near(&k) && is_float(k.a) && is_float(k.b) && is_float(k.c) &&
+                   is_float(k.tu) && is_float(k.tv);
     if (lead && !centred) conic_uncentre(&k, f);
     bool middle = centred || (lead && is_small(&k));
     if (factor == 0) factor = middle ? 1 / fabs(f->ww) : largest > 0 ? 1 / largest : 1;

@@ -103,7 +103,8 @@ static void add_floats(ExrWriter *writer, const char *const *names, int count, e
 
 static void choose_channels(ExrWriter *writer)
 {
-    static const char *const color[] = {"R", "G", "B", "A"}, *const depth[] = {"Z"}, *const certificate[] = {"certificate"};
+    static const char *const color[] = {"R", "G", "B", "A"}, *const depth[] = {"Z"},
+                             *const certificate[] = {"certificate"};
     static const char *const normal[] = {"N.X", "N.Y", "N.Z"}, *const position[] = {"P.X", "P.Y", "P.Z"};
     static const char *const crypto[] = {
         CRYPTO_NAME "00.R", CRYPTO_NAME "00.G", CRYPTO_NAME "00.B", CRYPTO_NAME "00.A",

@@ -14,20 +14,34 @@ typedef struct Form { // how an operation is written here; %a and %b are its ope
 } Form;
 
 static const Form forms[] = {
-    {"var-x", 0, "x"},          {"var-y", 0, "y"},
-    {"var-z", 0, "z"},          {"add", 2, "%a + %b"},
-    {"sub", 2, "%a - %b"},      {"mul", 2, "%a * %b"},
-    {"div", 2, "%a / %b"},      {"max", 2, "max(%a, %b)"},
-    {"min", 2, "min(%a, %b)"},  {"neg", 1, "-%a"},
-    {"square", 1, "%a^2"},      {"sqrt", 1, "sqrt(%a)"},
-    {"recip", 1, "1 / %a"},     {"abs", 1, "abs(%a)"},
-    {"exp", 1, "exp(%a)"},      {"ln", 1, "log(%a)"},
-    {"log", 1, "log(%a)"},      {"sin", 1, "sin(%a * 1rad)"},
-    {"cos", 1, "cos(%a * 1rad)"}, {"tan", 1, "tan(%a * 1rad)"},
-    {"asin", 1, "asin(%a) / 1rad"}, {"acos", 1, "acos(%a) / 1rad"},
-    {"atan", 1, "atan(%a) / 1rad"}, {"atan2", 2, "atan2(%a, %b) / 1rad"},
-    {"pow", 2, "%a^%b"},        {"mod", 2, "mod(%a, %b)"},
-    {"floor", 1, "floor(%a)"},  {"ceil", 1, "ceil(%a)"},
+    {"var-x", 0, "x"},
+    {"var-y", 0, "y"},
+    {"var-z", 0, "z"},
+    {"add", 2, "%a + %b"},
+    {"sub", 2, "%a - %b"},
+    {"mul", 2, "%a * %b"},
+    {"div", 2, "%a / %b"},
+    {"max", 2, "max(%a, %b)"},
+    {"min", 2, "min(%a, %b)"},
+    {"neg", 1, "-%a"},
+    {"square", 1, "%a^2"},
+    {"sqrt", 1, "sqrt(%a)"},
+    {"recip", 1, "1 / %a"},
+    {"abs", 1, "abs(%a)"},
+    {"exp", 1, "exp(%a)"},
+    {"ln", 1, "log(%a)"},
+    {"log", 1, "log(%a)"},
+    {"sin", 1, "sin(%a * 1rad)"},
+    {"cos", 1, "cos(%a * 1rad)"},
+    {"tan", 1, "tan(%a * 1rad)"},
+    {"asin", 1, "asin(%a) / 1rad"},
+    {"acos", 1, "acos(%a) / 1rad"},
+    {"atan", 1, "atan(%a) / 1rad"},
+    {"atan2", 2, "atan2(%a, %b) / 1rad"},
+    {"pow", 2, "%a^%b"},
+    {"mod", 2, "mod(%a, %b)"},
+    {"floor", 1, "floor(%a)"},
+    {"ceil", 1, "ceil(%a)"},
     {"round", 1, "round(%a)"},
 };
 
@@ -69,7 +83,8 @@ static uint32_t head_of(Word name)
 static uint32_t find(const Import *m, Word name)
 {
     uint32_t k = m->heads[head_of(name)];
-    while (k && (m->known[k].name.length != name.length || memcmp(m->known[k].name.begin, name.begin, name.length) != 0))
+    while (k &&
+           (m->known[k].name.length != name.length || memcmp(m->known[k].name.begin, name.begin, name.length) != 0))
         k = m->known[k].next;
     return k;
 }
@@ -120,8 +135,10 @@ static bool write_number(Import *m, Word word)
 static bool write_form(Import *m, const Form *form, const uint32_t operands[2])
 {
     for (const char *c = form->text; *c; c++) {
-        if (*c == '%') fprintf(m->out, "v%u", operands[*++c == 'b']);
-        else fputc(*c, m->out);
+        if (*c == '%')
+            fprintf(m->out, "v%u", operands[*++c == 'b']);
+        else
+            fputc(*c, m->out);
     }
     return true;
 }
@@ -135,8 +152,9 @@ static bool write_value(Import *m, Word op, const char **at, const char *end)
         uint32_t operands[2] = {0};
         for (int i = 0; i < forms[k].operands; i++) {
             Word name = next_word(at, end);
-            if (!name.length) return fail(m->failure, "line %u: %s wants %d value%s, and there %s %d", m->line, forms[k].name, forms[k].operands,
-                            forms[k].operands == 1 ? "" : "s", i == 1 ? "is" : "are", i);
+            if (!name.length)
+                return fail(m->failure, "line %u: %s wants %d value%s, and there %s %d", m->line, forms[k].name,
+                            forms[k].operands, forms[k].operands == 1 ? "" : "s", i == 1 ? "is" : "are", i);
             operands[i] = find(m, name);
             if (!operands[i]) return wrong(m, "no value above has the name", name);
         }
@@ -180,7 +198,8 @@ const char *import_vm(Arena *arena, const char *text, size_t length, size_t *res
     size_t size = 0;
     Arena scratch = {0};
     Import *m = arena_new(&scratch, Import);
-    *m = (Import){.arena = &scratch, .out = open_memstream(&written, &size), .count = 1, .capacity = 0, .failure = failure};
+    *m = (Import){
+        .arena = &scratch, .out = open_memstream(&written, &size), .count = 1, .capacity = 0, .failure = failure};
     m->known = arena_array(&scratch, Known, 1024);
     m->capacity = 1024;
     if (!m->out) abort();

@@ -164,9 +164,8 @@ int command_loaded(const Options *options, ScnScene *scene)
         return EXIT_WORLD;
     }
     // Some commands have standard output for themselves.
-    bool own =
-        options->command == COMMAND_INFO || options->command == COMMAND_DUMP || options->command == COMMAND_BENCH ||
-        options->command == COMMAND_PATCH;
+    bool own = options->command == COMMAND_INFO || options->command == COMMAND_DUMP ||
+               options->command == COMMAND_BENCH || options->command == COMMAND_PATCH;
     if (!options->quiet) fputs(scn_printed(scene), own ? stderr : stdout);
     fputs(scn_diagnostics_text(scene, command_color(options, stderr)), stderr);
     int status = command_result(scene, scn_status(scene));

@@ -123,7 +123,8 @@ static bool set_lines(Options *options, const char *text)
 static bool set_layers(Options *options, const char *text)
 {
     static const char *const names[] = {"color", "depth", "normal", "position", "id", "certificate", "all"};
-    static const unsigned bits[] = {FILM_COLOR, FILM_DEPTH, FILM_NORMAL, FILM_POSITION, FILM_ID, FILM_CERTIFICATE, FILM_ALL};
+    static const unsigned bits[] = {FILM_COLOR, FILM_DEPTH,       FILM_NORMAL, FILM_POSITION,
+                                    FILM_ID,    FILM_CERTIFICATE, FILM_ALL};
     while (*text) {
         char name[32] = "";
         size_t length = strcspn(text, ",");
@@ -135,7 +136,8 @@ static bool set_layers(Options *options, const char *text)
             const char *nearest = nearest_name(name, names, 7);
             return wrong(options, "there is no layer \"%.*s\": %s%s%s", (int)length, text,
                          nearest ? "do you mean " : "",
-                         nearest ? nearest : "color, depth, normal, position, id, certificate, all are there", nearest ? "?" : "");
+                         nearest ? nearest : "color, depth, normal, position, id, certificate, all are there",
+                         nearest ? "?" : "");
         }
         options->layers |= bits[found];
         text += length;
@@ -504,7 +506,8 @@ void options_help(FILE *out, CommandId command)
         if (!(entry->commands & 1u << command)) continue;
         char left[64];
         snprintf(left, sizeof left, "%c%c%s %s%s%s%s", entry->letter ? '-' : ' ', entry->letter ? entry->letter : ' ',
-                 entry->letter ? "," : " ", entry->name[0] == 'M' ? "-" : "--", entry->name, entry->value ? " " : "", entry->value ? entry->value : "");
+                 entry->letter ? "," : " ", entry->name[0] == 'M' ? "-" : "--", entry->name, entry->value ? " " : "",
+                 entry->value ? entry->value : "");
         fprintf(out, "  %-26s ", left);
         options_wrap(out, entry->help, 29);
     }

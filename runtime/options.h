@@ -30,7 +30,7 @@ typedef enum KernelsWhich { KERNELS_AUTO, KERNELS_QUICK, KERNELS_FULL } KernelsW
 typedef enum ErrorFormat { FORMAT_TEXT, FORMAT_JSON, FORMAT_SARIF } ErrorFormat;
 typedef enum ColorWhen { COLOR_AUTO, COLOR_ALWAYS, COLOR_NEVER } ColorWhen;
 
-#define OPTION_LIMIT 64  // of -o, -D and -I, each
+#define OPTION_LIMIT 64 // of -o, -D and -I, each
 #define OPTION_FILES 4096
 
 typedef struct Options {
@@ -60,8 +60,8 @@ typedef struct Options {
     const char *times, *patch;
     int solver, sweeps; // of patches: 0 direct, 1 device, 2 iterative (PatchMethod); 0: not given
     bool csv;
-    int depth;                                 // 0: not given
-    int markdown;                              // --format: 1 html, 2 markdown; 0: not given
+    int depth;    // 0: not given
+    int markdown; // --format: 1 html, 2 markdown; 0: not given
     bool builtins, no_pictures;
     bool no_cache, source, ast, ir, kernel, json, strict, quiet, check, diff;
     const char *warnings[OPTION_LIMIT];

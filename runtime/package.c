@@ -232,10 +232,9 @@ static bool read_header(Record *r, Header *header, Failure *failure)
         return fail(failure, "it is no package of scn");
     }
     if (header->version > PACKAGE_VERSION)
-        return fail(
-            failure,
-            "its format is %u, newer than this scn, which reads %d: update scn, or build the package again",
-            header->version, PACKAGE_VERSION);
+        return fail(failure,
+                    "its format is %u, newer than this scn, which reads %d: update scn, or build the package again",
+                    header->version, PACKAGE_VERSION);
     if (header->version < PACKAGE_VERSION)
         return fail(failure, "its format is %u, older than that of this scn, %d: build the package again",
                     header->version, PACKAGE_VERSION);

@@ -19,11 +19,11 @@ _Static_assert(sizeof(LightConstants) == 16 * 4, "as on the device");
 _Static_assert(sizeof(MaterialConstants) == 8 * 4, "as on the device");
 _Static_assert(sizeof(FrameConstants) == 34 * 4, "as on the device");
 
-#define BAND_MS 25.0
-#define FIRST_BAND 128           // tiles, before anything is known
-#define LIST_ROOM 1024           // items in a tile's list, at first
-#define LIST_BYTES (64u << 20)   // for the lists of the tiles of a band
-#define SHADOW_BIAS 1e-4         // in units
+#define BAND_MS     25.0
+#define FIRST_BAND  128         // tiles, before anything is known
+#define LIST_ROOM   1024        // items in a tile's list, at first
+#define LIST_BYTES  (64u << 20) // for the lists of the tiles of a band
+#define SHADOW_BIAS 1e-4        // in units
 #define FILM_LAYERS 6
 
 typedef struct Buffer {
@@ -33,8 +33,19 @@ typedef struct Buffer {
 } Buffer;
 
 typedef enum BufferName {
-    BUFFER_FRAME, BUFFER_VIEWS, BUFFER_LIGHTS, BUFFER_RECORDS, BUFFER_BOXES, BUFFER_ITEMS, BUFFER_NODES, BUFFER_MATERIALS,
-    BUFFER_TAPES, BUFFER_WORK, BUFFER_COUNTERS, BUFFER_FILM, BUFFER_COUNT = BUFFER_FILM + FILM_LAYERS
+    BUFFER_FRAME,
+    BUFFER_VIEWS,
+    BUFFER_LIGHTS,
+    BUFFER_RECORDS,
+    BUFFER_BOXES,
+    BUFFER_ITEMS,
+    BUFFER_NODES,
+    BUFFER_MATERIALS,
+    BUFFER_TAPES,
+    BUFFER_WORK,
+    BUFFER_COUNTERS,
+    BUFFER_FILM,
+    BUFFER_COUNT = BUFFER_FILM + FILM_LAYERS
 } BufferName;
 
 struct Renderer {
@@ -55,7 +66,7 @@ struct Renderer {
     FrameConstants frame;
     uint32_t list_room; // items in the list of a tile
     uint32_t slots;     // tiles that have room for their lists: at most as many run at a time
-    double tile_ms; // what a tile took; 0: not known
+    double tile_ms;     // what a tile took; 0: not known
 };
 
 static double now_ms(void)
@@ -81,10 +92,12 @@ static bool buffer_ensure(Renderer *r, BufferName name, size_t size, void *host,
     if (buffer->mem && buffer->host == host && (host ? buffer->size == size : buffer->size >= size)) return true;
     buffer_release(buffer);
     cl_int status;
-    buffer->mem = clCreateBuffer(r->device->context, CL_MEM_READ_WRITE | (host ? CL_MEM_USE_HOST_PTR : 0), size, host, &status);
+    buffer->mem =
+        clCreateBuffer(r->device->context, CL_MEM_READ_WRITE | (host ? CL_MEM_USE_HOST_PTR : 0), size, host, &status);
     if (status != CL_SUCCESS) {
         buffer->mem = NULL;
-        return fail(failure, "the device has no %.1f MB for this picture: %s", (double)size / 1e6, device_error(status));
+        return fail(failure, "the device has no %.1f MB for this picture: %s", (double)size / 1e6,
+                    device_error(status));
     }
     buffer->size = size;
     buffer->host = host;
@@ -103,7 +116,8 @@ static bool buffer_write(Renderer *r, BufferName name, const void *data, size_t 
 static void *buffer_map(Renderer *r, BufferName name, cl_map_flags flags, size_t offset, size_t size, Failure *failure)
 {
     cl_int status;
-    void *host = clEnqueueMapBuffer(r->device->queue, r->buffers[name].mem, CL_TRUE, flags, offset, size, 0, NULL, NULL, &status);
+    void *host = clEnqueueMapBuffer(r->device->queue, r->buffers[name].mem, CL_TRUE, flags, offset, size, 0, NULL, NULL,
+                                    &status);
     if (status == CL_SUCCESS) return host;
     fail(failure, "cannot reach the device's memory: %s", device_error(status));
     return NULL;
@@ -140,7 +154,8 @@ Renderer *renderer_new(const Device *device, cl_program program, const Plan *pla
     r->views = calloc((size_t)r->view_capacity, sizeof *r->views);
     r->wanted = calloc((size_t)r->view_capacity, sizeof *r->wanted);
     r->view_constants = calloc((size_t)r->view_capacity, sizeof *r->view_constants);
-    if (!ready || !r->values || !r->light_constants || !r->material_constants || !r->views || !r->wanted || !r->view_constants) {
+    if (!ready || !r->values || !r->light_constants || !r->material_constants || !r->views || !r->wanted ||
+        !r->view_constants) {
         fail(failure, "out of memory");
         renderer_free(r);
         return NULL;
@@ -205,8 +220,10 @@ static int make_lights(Renderer *r, const double *values, const Box *bounds)
         const double *v = values + light->values;
         LightConstants *c = &r->light_constants[k];
         int views = v[13] != 0 ? view_light(plan, values, light, bounds, primary, &r->wanted[count]) : 0;
-        *c = (LightConstants){.point = light->kind != LIGHT_DIRECTIONAL, .shadow = v[13] != 0,
-                              .first_view = (unsigned)count, .view_count = (unsigned)views};
+        *c = (LightConstants){.point = light->kind != LIGHT_DIRECTIONAL,
+                              .shadow = v[13] != 0,
+                              .first_view = (unsigned)count,
+                              .view_count = (unsigned)views};
         double length = sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
         for (int axis = 0; axis < 3; axis++) {
             const double *a = primary->axis[axis], *o = primary->origin;
@@ -274,8 +291,8 @@ static void make_materials(Renderer *r, const double *values)
 {
     for (uint32_t k = 0; k < r->plan->material_count; k++) {
         const double *v = values + r->plan->materials[k].values;
-        r->material_constants[k] = (MaterialConstants){{(float)v[0], (float)v[1], (float)v[2]}, (float)v[3], (float)v[4], (float)v[5],
-                                                       (float)v[6], (float)v[10]};
+        r->material_constants[k] = (MaterialConstants){
+            {(float)v[0], (float)v[1], (float)v[2]}, (float)v[3], (float)v[4], (float)v[5], (float)v[6], (float)v[10]};
     }
 }
 
@@ -298,7 +315,8 @@ static bool ensure_film(Renderer *r, const Film *film, Failure *failure)
     size_t size[FILM_LAYERS];
     film_layers(film, memory, size);
     for (int k = 0; k < FILM_LAYERS; k++)
-        if (!buffer_ensure(r, BUFFER_FILM + k, size[k], r->device->info.is_cpu ? memory[k] : NULL, failure)) return false;
+        if (!buffer_ensure(r, BUFFER_FILM + k, size[k], r->device->info.is_cpu ? memory[k] : NULL, failure))
+            return false;
     return true;
 }
 
@@ -315,7 +333,8 @@ static bool read_film(Renderer *r, const Film *film, Failure *failure)
             buffer_unmap(r, BUFFER_FILM + k, host);
             continue;
         }
-        cl_int status = clEnqueueReadBuffer(r->device->queue, r->buffers[BUFFER_FILM + k].mem, CL_TRUE, 0, size[k], memory[k], 0, NULL, NULL);
+        cl_int status = clEnqueueReadBuffer(r->device->queue, r->buffers[BUFFER_FILM + k].mem, CL_TRUE, 0, size[k],
+                                            memory[k], 0, NULL, NULL);
         if (status != CL_SUCCESS) return fail(failure, "cannot read from the device: %s", device_error(status));
     }
     return true;
@@ -358,13 +377,20 @@ static bool upload(Renderer *r, const RenderJob *job, uint32_t tiles_across, Ren
     stats->views = views;
 
     const Projection *primary = &r->wanted[0];
-    r->frame = (FrameConstants){
-        .width = film->width, .height = film->height, .tiles_across = (int)tiles_across, .layers = film->layers,
-        .u0 = (float)(screen.u0 + (film->place_x - 0.5) * screen.du), .v0 = (float)(screen.v0 + (film->place_y - 0.5) * screen.dv),
-        .du = (float)screen.du, .dv = (float)screen.dv,
-        .item_count = r->layout.item_count, .item_stride = r->layout.item_stride, .light_count = plan->light_count,
-        .bias = (float)SHADOW_BIAS,
-        .orthographic = plan->orthographic, .unit = (float)primary->unit};
+    r->frame = (FrameConstants){.width = film->width,
+                                .height = film->height,
+                                .tiles_across = (int)tiles_across,
+                                .layers = film->layers,
+                                .u0 = (float)(screen.u0 + (film->place_x - 0.5) * screen.du),
+                                .v0 = (float)(screen.v0 + (film->place_y - 0.5) * screen.dv),
+                                .du = (float)screen.du,
+                                .dv = (float)screen.dv,
+                                .item_count = r->layout.item_count,
+                                .item_stride = r->layout.item_stride,
+                                .light_count = plan->light_count,
+                                .bias = (float)SHADOW_BIAS,
+                                .orthographic = plan->orthographic,
+                                .unit = (float)primary->unit};
     for (int k = 0; k < 3; k++) {
         r->frame.origin[k] = (float)primary->origin[k];
         r->frame.background[k] = (float)values[plan->background + (Slot)k];
@@ -374,8 +400,10 @@ static bool upload(Renderer *r, const RenderJob *job, uint32_t tiles_across, Ren
     if (!buffer_write(r, BUFFER_TAPES, r->layout.fields.baked, tapes, failure)) return false;
     r->tapes = r->layout.fields.version;
     return buffer_write(r, BUFFER_VIEWS, r->view_constants, (size_t)views * sizeof *r->view_constants, failure) &&
-           buffer_write(r, BUFFER_LIGHTS, r->light_constants, plan->light_count * sizeof *r->light_constants, failure) &&
-           buffer_write(r, BUFFER_MATERIALS, r->material_constants, plan->material_count * sizeof *r->material_constants, failure);
+           buffer_write(r, BUFFER_LIGHTS, r->light_constants, plan->light_count * sizeof *r->light_constants,
+                        failure) &&
+           buffer_write(r, BUFFER_MATERIALS, r->material_constants,
+                        plan->material_count * sizeof *r->material_constants, failure);
 }
 
 #define LOCAL_SIZE 64 // work-items that share a tile where they are not packets
@@ -416,7 +444,8 @@ static bool make_room(Renderer *r, uint32_t tiles, RenderStages stages, Failure 
 static bool read_counters(Renderer *r, uint32_t *longest, uint32_t *uncertain, Failure *failure)
 {
     unsigned counters[COUNTER_COUNT];
-    cl_int status = clEnqueueReadBuffer(r->device->queue, r->buffers[BUFFER_COUNTERS].mem, CL_TRUE, 0, sizeof counters, counters, 0, NULL, NULL);
+    cl_int status = clEnqueueReadBuffer(r->device->queue, r->buffers[BUFFER_COUNTERS].mem, CL_TRUE, 0, sizeof counters,
+                                        counters, 0, NULL, NULL);
     if (status != CL_SUCCESS) return fail(failure, "cannot read from the device: %s", device_error(status));
     *longest = counters[COUNTER_LIST];
     *uncertain = counters[COUNTER_UNCERTAIN];
@@ -454,7 +483,8 @@ static bool start_band(Renderer *r, Band *band, uint32_t first, uint32_t tiles, 
     size_t global = tiles * local;
     cl_uint begin = first;
     cl_int status = clSetKernelArg(r->kernel, BUFFER_COUNT, sizeof begin, &begin);
-    if (status == CL_SUCCESS) status = clEnqueueNDRangeKernel(r->device->queue, r->kernel, 1, NULL, &global, &local, 0, NULL, &band->event);
+    if (status == CL_SUCCESS)
+        status = clEnqueueNDRangeKernel(r->device->queue, r->kernel, 1, NULL, &global, &local, 0, NULL, &band->event);
     if (status != CL_SUCCESS) {
         band->event = NULL;
         return fail(failure, "the device does not run the kernel: %s", device_error(status));
@@ -500,7 +530,8 @@ RenderResult renderer_frame(Renderer *r, const RenderJob *job, RenderStats *stat
     if (!stats) stats = &unused;
     *stats = (RenderStats){.items = r->layout.item_count};
     const Film *film = job->film;
-    uint32_t across = ((uint32_t)film->width + TILE_SIZE - 1) / TILE_SIZE, down = ((uint32_t)film->height + TILE_SIZE - 1) / TILE_SIZE;
+    uint32_t across = ((uint32_t)film->width + TILE_SIZE - 1) / TILE_SIZE,
+             down = ((uint32_t)film->height + TILE_SIZE - 1) / TILE_SIZE;
     uint32_t tiles = across * down;
     if (!ensure_film(r, film, failure) || !upload(r, job, across, stats, failure)) return RENDER_FAILED;
     double began = now_ms();

@@ -29,17 +29,17 @@ typedef enum RenderResult { RENDER_DONE, RENDER_CANCELLED, RENDER_FAILED } Rende
 typedef enum RenderStages { RENDER_ALL, RENDER_LISTS, RENDER_HITS, RENDER_SHADOWS } RenderStages;
 
 typedef struct RenderJob {
-    const double *values;     // of the frame (compiler/frame.h), plan->slot_count
+    const double *values;                  // of the frame (compiler/frame.h), plan->slot_count
     const struct PatchCells *const *cells; // of the plan's patches at that time; NULL where it has none
-    Film *film;               // its size, layers and place in the pixel say what is rendered
+    Film *film;                            // its size, layers and place in the pixel say what is rendered
     const atomic_bool *cancel; // may be set by any thread: the frame ends within a tenth of a second; NULL: never
     RenderStages stages;
 } RenderJob;
 
 typedef struct RenderStats {
-    double fold_ms;        // wall time of folding views
-    double run_ms;         // … from the first band's start to the picture's end
-    int views;             // of the camera and all lights
+    double fold_ms; // wall time of folding views
+    double run_ms;  // … from the first band's start to the picture's end
+    int views;      // of the camera and all lights
     int bands;
     uint32_t items;        // components and perturbations
     uint32_t list_room;    // items in the list of a tile; a tile that wants more is run again with more room

@@ -119,7 +119,8 @@ static ScnStatus load_source(ScnScene *scene, const ScnSceneDesc *desc)
     const char *text = read_text(scene, desc, &length);
     if (!text) return SCN_WORLD_FAILED;
     if (package_is((const uint8_t *)text, length))
-        return scene_fail(scene, SCN_WORLD_FAILED, "%s is a package: packages are read from files, not from pipes", path);
+        return scene_fail(scene, SCN_WORLD_FAILED, "%s is a package: packages are read from files, not from pipes",
+                          path);
     if (!set_options(scene, desc)) return SCN_CALL_WRONG;
     Source *source = source_add(&scene->unit.sources, path, text, length, (Span){0});
     if (!source) return scene_fail(scene, SCN_WORLD_FAILED, "cannot read %s: it is too large", path);

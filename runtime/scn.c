@@ -14,7 +14,8 @@
 
 _Static_assert((int)SCN_PARAM_COLOR == (int)PARAM_COLOR && (int)SCN_PARAM_STRING == (int)PARAM_STRING,
                "the types of params are the compiler's");
-_Static_assert((int)SCN_LAYER_CERTIFICATE == (int)FILM_CERTIFICATE && SCN_LAYERS == FILM_ALL, "the layers are the film's");
+_Static_assert((int)SCN_LAYER_CERTIFICATE == (int)FILM_CERTIFICATE && SCN_LAYERS == FILM_ALL,
+               "the layers are the film's");
 
 double scene_milliseconds(void)
 {

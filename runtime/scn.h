@@ -62,8 +62,8 @@ typedef struct ScnSceneDesc {
     const char *search_path;    // for `use`, ':' between folders; NULL: $SCN_PATH
     const ScnSetting *settings; // params, as scn_set_text(); bool, int and string params can only be set here
     int setting_count;
-    const char *camera; // the name of a camera of the scene; NULL: the first
-    bool strict;        // warnings are errors
+    const char *camera;          // the name of a camera of the scene; NULL: the first
+    bool strict;                 // warnings are errors
     const char *const *warnings; // as -W of the command: "no-unused", "error=shadow", "error"; later ones win
     int warning_count;
     const char *device; // "cpu", "gpu", a number of scn_devices(), part of a name; NULL: the first GPU, else CPU
@@ -198,16 +198,16 @@ typedef enum ScnLayer {
 // Rows from the top, pixels from the left, without padding. What has no buffer and is not in `layers` is not computed.
 typedef struct ScnFrameDesc {
     int width, height;
-    double time;     // seconds
-    double frame;    // the number of the frame
-    int samples;     // N: N x N rays a pixel; 0: 1
-    float *color;    // 4 a pixel: red, green, blue in linear light, coverage
-    float *depth;    // 1: along the viewing direction; +infinity where nothing is
-    float *normal;   // 3: unit length, towards the viewer
-    float *position; // 3
-    uint32_t *id;    // 1: object k is k + 1; 0 where nothing is
+    double time;        // seconds
+    double frame;       // the number of the frame
+    int samples;        // N: N x N rays a pixel; 0: 1
+    float *color;       // 4 a pixel: red, green, blue in linear light, coverage
+    float *depth;       // 1: along the viewing direction; +infinity where nothing is
+    float *normal;      // 3: unit length, towards the viewer
+    float *position;    // 3
+    uint32_t *id;       // 1: object k is k + 1; 0 where nothing is
     float *certificate; // 1: 0 where what is seen is certain; 1 where a general field was finer than floats can tell
-    unsigned layers; // ScnLayer bits: what to compute without a buffer, for scn_write_image()
+    unsigned layers;    // ScnLayer bits: what to compute without a buffer, for scn_write_image()
 } ScnFrameDesc;
 
 // Renders one frame. The first one opens the device and builds the kernels; later ones, with whatever time and

@@ -6,8 +6,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define GROUP_DEPTH 8   // of groups in groups that are looked into
-#define CELLS (1u << 20) // along each axis of the box around a run
+#define GROUP_DEPTH 8          // of groups in groups that are looked into
+#define CELLS       (1u << 20) // along each axis of the box around a run
 
 typedef struct Placed {
     double at[3];
@@ -131,7 +131,8 @@ bool spatial_order(const Plan *plan, uint32_t *components, uint32_t *perturbatio
         }
     }
     for (uint32_t k = 0; k < plan->leaf_count; k++)
-        if (plan->leaves[k].kind == LEAF_FREEFORM) order_perturbations(plan, run, plan->leaves[k].begin, plan->leaves[k].count, perturbations);
+        if (plan->leaves[k].kind == LEAF_FREEFORM)
+            order_perturbations(plan, run, plan->leaves[k].begin, plan->leaves[k].count, perturbations);
     free(run);
     return true;
 }

@@ -10,9 +10,10 @@
 #include "runtime/fold_patch.h"
 #include "runtime/spatial.h"
 
-#define FAR_LIGHT 1000.0 // units: a point light so far from what is looked at has one view, also where the scene has no end
+#define FAR_LIGHT                                                                                                      \
+    1000.0 // units: a point light so far from what is looked at has one view, also where the scene has no end
 #define RECORD_LIMIT (1u << 28)
-#define DEPTH_LIMIT 1000 // of groups in groups
+#define DEPTH_LIMIT  1000 // of groups in groups
 
 // Layout.
 
@@ -136,7 +137,8 @@ bool layout_init(Layout *layout, const Plan *plan)
     *layout = (Layout){.plan = plan};
     layout->components = calloc(plan->component_count + 1u, sizeof *layout->components);
     layout->perturbations = calloc(plan->perturbation_count + 1u, sizeof *layout->perturbations);
-    if (!layout->components || !layout->perturbations || !spatial_order(plan, layout->components, layout->perturbations)) {
+    if (!layout->components || !layout->perturbations ||
+        !spatial_order(plan, layout->components, layout->perturbations)) {
         layout_release(layout);
         return false;
     }
@@ -246,7 +248,8 @@ static void cut_item_boxes(Folding *f, uint32_t item, uint32_t end)
 static void fold_group(Folding *f, uint32_t group, Box *box);
 
 // Folds the perturbations of a free form behind its base; `box` grows by their supports.
-static void fold_perturbations(Folding *f, const PlanLeaf *leaf, bool shown, double factor, QuadricRecord *base, Box *box)
+static void fold_perturbations(Folding *f, const PlanLeaf *leaf, bool shown, double factor, QuadricRecord *base,
+                               Box *box)
 {
     for (uint32_t k = 0; k < leaf->count; k++) {
         const PlanPerturbation *p = &f->layout->plan->perturbations[f->layout->perturbations[leaf->begin + k]];
@@ -302,8 +305,10 @@ static void fold_lifts(Folding *f, const PlanLeaf *leaf, bool shown, double fact
         }
         Box all;
         lift_box(&place, f->projection, &all);
-        if (shown && place.automatic) *box = all;
-        else if (shown) box_hull(box, &all);
+        if (shown && place.automatic)
+            *box = all;
+        else if (shown)
+            box_hull(box, &all);
     }
 }
 
@@ -315,7 +320,8 @@ static void fold_sheet(Folding *f, const PlanLeaf *leaf, bool shown, Box *box)
         CellRecord *records = f->records ? (CellRecord *)&f->records[f->number] : NULL;
         Box one = box_empty;
         if (shown && cells)
-            sheet_cell(cells, (int)(k / count), (int)(k % count), f->values + leaf->quadric, f->projection, records, &one);
+            sheet_cell(cells, (int)(k / count), (int)(k % count), f->values + leaf->quadric, f->projection, records,
+                       &one);
         set_item_box(f, f->item++, &one);
         box_hull(box, &one);
     }
@@ -378,7 +384,8 @@ static void cut_sum(Folding *f, const PlanShape *shape, uint32_t node, const Pla
     for (uint32_t k = 0; k < shape->nodes[node].count; k++) {
         const PlanShapeNode *child = &shape->nodes[at];
         for (uint32_t left = 1; left; left--, at++) // to the next child
-            if (shape->nodes[at].kind == SHAPE_UNION || shape->nodes[at].kind == SHAPE_INTERSECT) left += shape->nodes[at].count;
+            if (shape->nodes[at].kind == SHAPE_UNION || shape->nodes[at].kind == SHAPE_INTERSECT)
+                left += shape->nodes[at].count;
         if (child->kind != SHAPE_QUADRIC) continue;
         const PlanLeaf *leaf = &plan->leaves[component->leaf_begin + child->leaf];
         const double *q = f->values + leaf->quadric;
@@ -414,14 +421,17 @@ static void node_box(Folding *f, const PlanComponent *component, const uint32_t 
     for (uint32_t k = 0; k < node->count; k++) {
         Box child;
         node_box(f, component, numbers, at, &child);
-        if (node->kind == SHAPE_UNION) box_hull(box, &child);
-        else box_cut(box, &child);
+        if (node->kind == SHAPE_UNION)
+            box_hull(box, &child);
+        else
+            box_cut(box, &child);
     }
     if (node->kind == SHAPE_INTERSECT) cut_sum(f, shape, index, component, box);
 }
 
 // Where a component's other leaves leave nothing a general field need not be looked for: endless ones have an end there.
-static void limit_fields(Folding *f, const PlanComponent *component, const uint32_t *numbers, uint32_t *at, const Box *limit)
+static void limit_fields(Folding *f, const PlanComponent *component, const uint32_t *numbers, uint32_t *at,
+                         const Box *limit)
 {
     const PlanShape *shape = &f->layout->plan->shapes[component->shape];
     uint32_t index = (*at)++;
@@ -482,8 +492,10 @@ static void fold_group(Folding *f, uint32_t group, Box *box)
     for (uint32_t k = 0; k < g->component_count; k++) {
         Box component;
         fold_component(f, &plan->components[f->layout->components[g->component_begin + k]], in_union, &component);
-        if (in_union) box_hull(box, &component);
-        else box_cut(box, &component);
+        if (in_union)
+            box_hull(box, &component);
+        else
+            box_cut(box, &component);
     }
 }
 
@@ -522,7 +534,8 @@ void view_frame(Layout *layout, const double *values)
 
 void view_bounds(Layout *layout, const double *values, Box *box)
 {
-    const Projection world = {.axis = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, .unit = 1, .start = -INFINITY, .limit = INFINITY};
+    const Projection world = {
+        .axis = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, .unit = 1, .start = -INFINITY, .limit = INFINITY};
     Folding f = {.layout = layout, .values = values, .projection = &world};
     fold_map(&world, &f.map);
     fold_group(&f, 0, box);
@@ -613,7 +626,8 @@ static void place_origin(Projection *p, const double eye[3], double distance)
     for (int k = 0; k < 3; k++) p->origin[k] = eye[k] + distance * p->axis[2][k];
 }
 
-void view_primary(Layout *layout, const double *values, const Box *bounds, int width, int height, Projection *p, Screen *screen)
+void view_primary(Layout *layout, const double *values, const Box *bounds, int width, int height, Projection *p,
+                  Screen *screen)
 {
     const Plan *plan = layout->plan;
     const double *camera = values + plan->camera, *eye = camera, *look_at = camera + 3, *up = camera + 6;
@@ -627,8 +641,10 @@ void view_primary(Layout *layout, const double *values, const Box *bounds, int w
     if (!(distance > 0) || !isfinite(distance)) distance = 1;
     if (box_ball(bounds, centre, &radius)) {
         double to[3] = {centre[0] - eye[0], centre[1] - eye[1], centre[2] - eye[2]};
-        if (sqrt(dot3(to, to)) > radius) distance = fmax(dot3(to, p->axis[2]), 0.5 * radius);
-        else distance = fmin(distance, radius);
+        if (sqrt(dot3(to, to)) > radius)
+            distance = fmax(dot3(to, p->axis[2]), 0.5 * radius);
+        else
+            distance = fmin(distance, radius);
     }
     double shown = plan->orthographic ? 0.5 * camera[10] : distance * tan(0.5 * camera[9]);
     double unit = fmin(shown * fmax(1, (double)width / height), radius);
@@ -659,7 +675,8 @@ static void point_view(Projection *p, const double at[3], const double forward[3
     place_origin(p, at, distance);
 }
 
-int view_light(const Plan *plan, const double *values, const PlanLight *light, const Box *bounds, const Projection *primary, Projection views[6])
+int view_light(const Plan *plan, const double *values, const PlanLight *light, const Box *bounds,
+               const Projection *primary, Projection views[6])
 {
     const double *v = values + light->values;
     if (light->kind == LIGHT_DIRECTIONAL) {
@@ -690,7 +707,8 @@ int view_light(const Plan *plan, const double *values, const PlanLight *light, c
         double forward[3] = {0, 0, 0};
         forward[k / 2] = k % 2 ? -1 : 1;
         point_view(&views[k], at, forward, primary->unit, primary->unit);
-        set_axes(&views[k], forward, (const double[3]){k / 2 == 1, k / 2 == 2, k / 2 == 0}); // square with the other faces
+        set_axes(&views[k], forward,
+                 (const double[3]){k / 2 == 1, k / 2 == 2, k / 2 == 0}); // square with the other faces
         place_origin(&views[k], at, primary->unit);
     }
     return 6;

@@ -24,12 +24,12 @@ struct PatchCells;
 
 typedef struct Layout {
     const Plan *plan;
-    PlanNode *nodes;         // record_count
+    PlanNode *nodes; // record_count
     uint32_t record_count;
-    uint32_t *items;         // numbers of components and perturbations, ascending
+    uint32_t *items; // numbers of components and perturbations, ascending
     uint32_t item_count, item_stride;
     uint32_t *components, *perturbations; // of the plan, as they are numbered (runtime/spatial.h)
-    Box *boxes;              // of each number, while folding
+    Box *boxes;                           // of each number, while folding
     FieldTables fields;
     const struct PatchCells *const *cells; // of the plan's patches, borrowed; NULL among them, or NULL: not solved
 } Layout;
@@ -57,16 +57,19 @@ void view_bounds(Layout *layout, const double *values, Box *box);
 typedef struct Screen {
     double u0, v0, du, dv;
 } Screen;
-void view_primary(Layout *layout, const double *values, const Box *bounds, int width, int height, Projection *projection, Screen *screen);
+void view_primary(Layout *layout, const double *values, const Box *bounds, int width, int height,
+                  Projection *projection, Screen *screen);
 
 // The views of a light: 1, or 6 around a point among the scene. `primary` gives the unit and the place to be exact about.
-int view_light(const Plan *plan, const double *values, const PlanLight *light, const Box *bounds, const Projection *primary, Projection views[6]);
+int view_light(const Plan *plan, const double *values, const PlanLight *light, const Box *bounds,
+               const Projection *primary, Projection views[6]);
 
 // Whether no record of any view can differ between two frames' values.
 bool view_same_geometry(const Layout *layout, const double *values, const double *others);
 
 // Fills layout->record_count records and BOX_FLOATS(layout->item_count) floats.
-void view_fold(Layout *layout, const double *values, const Projection *projection, QuadricRecord *records, float *boxes);
+void view_fold(Layout *layout, const double *values, const Projection *projection, QuadricRecord *records,
+               float *boxes);
 
 // Three rows of four: from p = (U, V, w)/W of `from` to that of `to`.
 void view_map(const Projection *from, const Projection *to, float map[12]);

@@ -31,8 +31,8 @@
 #include <fcntl.h>
 #include <png.h>
 #include <signal.h>
-#include <stdbool.h>
 #include <stdarg.h>
+#include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -181,7 +181,8 @@ static Run run_scn(const Suite *suite, const Scene *scene, unsigned seconds, con
     argv[count++] = suite->scn;
     for (; *command; command++) argv[count++] = *command;
     memcpy(args, scene->args, sizeof args);
-    for (char *word = strtok_r(args, " ", &rest); word && count < MAX_ARGS - 2; word = strtok_r(NULL, " ", &rest)) argv[count++] = word;
+    for (char *word = strtok_r(args, " ", &rest); word && count < MAX_ARGS - 2; word = strtok_r(NULL, " ", &rest))
+        argv[count++] = word;
     argv[count++] = scene->name;
     argv[count] = NULL;
     return run(argv, seconds);
@@ -191,8 +192,10 @@ static const char *describe_status(int status)
 {
     static char text[64];
     if (status == 124) return "ran out of time";
-    if (status > 128) snprintf(text, sizeof text, "was ended by signal %d (%s)", status - 128, strsignal(status - 128));
-    else snprintf(text, sizeof text, "exited with %d", status);
+    if (status > 128)
+        snprintf(text, sizeof text, "was ended by signal %d (%s)", status - 128, strsignal(status - 128));
+    else
+        snprintf(text, sizeof text, "exited with %d", status);
     return text;
 }
 
@@ -205,11 +208,14 @@ static void expect(Scene *scene, const char *file, int line, bool error, const c
         if (word >= length) return;
         codes += word, length -= word;
         word = 0;
-        while (word < length && (islower((unsigned char)codes[word]) || isdigit((unsigned char)codes[word]) || codes[word] == '-')) word++;
+        while (word < length &&
+               (islower((unsigned char)codes[word]) || isdigit((unsigned char)codes[word]) || codes[word] == '-'))
+            word++;
         if (word == 0) return;
         if (scene->expected_count == scene->expected_capacity) {
             scene->expected_capacity = scene->expected_capacity * 2 + 8;
-            scene->expected = must(realloc(scene->expected, sizeof *scene->expected * (size_t)scene->expected_capacity));
+            scene->expected =
+                must(realloc(scene->expected, sizeof *scene->expected * (size_t)scene->expected_capacity));
         }
         Expectation *e = &scene->expected[scene->expected_count++];
         *e = (Expectation){.line = line, .error = error};
@@ -228,9 +234,13 @@ static void setting(char *out, size_t size, const char *line, size_t length, con
 
 static void read_line(Scene *scene, const char *file, int number, const char *line, size_t length)
 {
-    static const struct { const char *mark; bool error; int offset; } marks[] = {
-        {"// error: ", true, 0},         {"// warning: ", false, 0},        {"// error-above: ", true, -1},
-        {"// error-below: ", true, 1},   {"// warning-above: ", false, -1}, {"// warning-below: ", false, 1},
+    static const struct {
+        const char *mark;
+        bool error;
+        int offset;
+    } marks[] = {
+        {"// error: ", true, 0},       {"// warning: ", false, 0},        {"// error-above: ", true, -1},
+        {"// error-below: ", true, 1}, {"// warning-above: ", false, -1}, {"// warning-below: ", false, 1},
     };
     for (size_t k = 0; k < sizeof marks / sizeof *marks; k++) {
         const char *at = memmem(line, length, marks[k].mark, strlen(marks[k].mark));
@@ -276,7 +286,8 @@ static void read_included(Scene *scene, const char *file, const Text *text)
         const char *begin = at;
         while (begin > text->bytes && begin[-1] != '"' && begin[-1] != '\n') begin--;
         char path[256];
-        snprintf(path, sizeof path, "%.*s%.*s", slash ? (int)(slash + 1 - file) : 0, file, (int)(at + 4 - begin), begin);
+        snprintf(path, sizeof path, "%.*s%.*s", slash ? (int)(slash + 1 - file) : 0, file, (int)(at + 4 - begin),
+                 begin);
         Text inner;
         if (read_file(path, &inner)) read_included(scene, path, &inner);
         free(inner.bytes);
@@ -318,7 +329,9 @@ static void compare_diagnostics(Scene *scene, const Text *err)
             bool met = false;
             for (int k = 0; k < scene->expected_count && !met; k++) {
                 Expectation *e = &scene->expected[k];
-                if (e->met || e->line != found.line || e->error != found.error || strcmp(e->file, found.file) || strcmp(e->code, found.code)) continue;
+                if (e->met || e->line != found.line || e->error != found.error || strcmp(e->file, found.file) ||
+                    strcmp(e->code, found.code))
+                    continue;
                 met = e->met = true;
             }
             if (!met) complain(scene, "unexpected: %.*s", (int)(stop - line), line);
@@ -327,7 +340,8 @@ static void compare_diagnostics(Scene *scene, const Text *err)
     }
     for (int k = 0; k < scene->expected_count; k++) {
         const Expectation *e = &scene->expected[k];
-        if (!e->met) complain(scene, "missing: %s:%d: %s [%s]", e->file, e->line, e->error ? "error" : "warning", e->code);
+        if (!e->met)
+            complain(scene, "missing: %s:%d: %s [%s]", e->file, e->line, e->error ? "error" : "warning", e->code);
     }
 }
 
@@ -353,8 +367,10 @@ static void compare_text(const Suite *suite, Scene *scene, const char *suffix, T
     snprintf(path, sizeof path, "%s%s", scene->stem, suffix);
     Text want;
     if (!read_file(path, &want)) return;
-    if (suite->update) write_file(path, got);
-    else if (want.length != got.length || memcmp(want.bytes, got.bytes, got.length)) show_difference(scene, path, &got);
+    if (suite->update)
+        write_file(path, got);
+    else if (want.length != got.length || memcmp(want.bytes, got.bytes, got.length))
+        show_difference(scene, path, &got);
     free(want.bytes);
 }
 
@@ -369,8 +385,10 @@ static void compare_dump(const Suite *suite, Scene *scene, const char *suffix, c
 {
     if (!beside(scene, suffix)) return;
     Run dump = run_scn(suite, scene, CHECK_SECONDS, command);
-    if (dump.status > 1) complain(scene, "scn dump %s\n%s", describe_status(dump.status), dump.err.bytes);
-    else compare_text(suite, scene, suffix, dump.out);
+    if (dump.status > 1)
+        complain(scene, "scn dump %s\n%s", describe_status(dump.status), dump.err.bytes);
+    else
+        compare_text(suite, scene, suffix, dump.out);
     run_free(&dump);
 }
 
@@ -399,7 +417,8 @@ static void compare_png(Scene *scene, const char *want_path, const char *got_pat
         return;
     }
     if (want.width != got.width || want.height != got.height) {
-        complain(scene, "the picture has %ux%u pixels, %s has %ux%u", got.width, got.height, want_path, want.width, want.height);
+        complain(scene, "the picture has %ux%u pixels, %s has %ux%u", got.width, got.height, want_path, want.width,
+                 want.height);
     } else {
         size_t pixels = (size_t)want.width * want.height, differ = 0;
         int worst = 0;
@@ -413,7 +432,8 @@ static void compare_png(Scene *scene, const char *want_path, const char *got_pat
             if (most > worst) worst = most;
         }
         if ((double)differ > scene->tolerance * (double)pixels) {
-            complain(scene, "%zu of %zu pixels differ by more than 2/255 (worst %d) from %s; the new one is %s", differ, pixels, worst, want_path, got_path);
+            complain(scene, "%zu of %zu pixels differ by more than 2/255 (worst %d) from %s; the new one is %s", differ,
+                     pixels, worst, want_path, got_path);
         }
     }
     free(want_pixels);
@@ -451,7 +471,8 @@ static void check_scene(const Suite *suite, Scene *scene)
     for (int k = 0; k < scene->expected_count; k++) wrong |= scene->expected[k].error;
     compare_diagnostics(scene, &check.err);
     if (check.status != (wrong ? 1 : 0)) {
-        complain(scene, "scn %s %s, %d was expected\n%.4000s", suite->parse ? "dump --ast" : "check", describe_status(check.status), wrong ? 1 : 0, check.err.bytes);
+        complain(scene, "scn %s %s, %d was expected\n%.4000s", suite->parse ? "dump --ast" : "check",
+                 describe_status(check.status), wrong ? 1 : 0, check.err.bytes);
     }
     compare_text(suite, scene, ".out", check.out);
     compare_text(suite, scene, ".err", check.err);
@@ -508,7 +529,8 @@ static void cover_file(Coverage *coverage, const char *path, bool scene)
     Text text;
     if (read_file(path, &text)) {
         for (int k = 0; k < DIAG_COUNT; k++) {
-            if (!coverage->covered[k]) coverage->covered[k] = names_code(text.bytes, diag_code_name((DiagCode)k), scene);
+            if (!coverage->covered[k])
+                coverage->covered[k] = names_code(text.bytes, diag_code_name((DiagCode)k), scene);
         }
     }
     free(text.bytes);
@@ -525,9 +547,12 @@ static void cover_folder(Coverage *coverage, const char *folder)
         snprintf(path, sizeof path, "%s/%s", folder, entry->d_name);
         size_t length = strlen(path);
         if (stat(path, &info)) continue;
-        if (S_ISDIR(info.st_mode)) cover_folder(coverage, path);
-        else if (length > 4 && !strcmp(path + length - 4, ".scn")) cover_file(coverage, path, true);
-        else if (strstr(path, "/test_") && !strcmp(path + length - 2, ".c")) cover_file(coverage, path, false);
+        if (S_ISDIR(info.st_mode))
+            cover_folder(coverage, path);
+        else if (length > 4 && !strcmp(path + length - 4, ".scn"))
+            cover_file(coverage, path, true);
+        else if (strstr(path, "/test_") && !strcmp(path + length - 2, ".c"))
+            cover_file(coverage, path, false);
     }
     closedir(dir);
 }
@@ -564,8 +589,10 @@ static int check_codes(const char *folder)
     cover_folder(&coverage, folder);
     for (int k = 0; k < DIAG_COUNT; k++) {
         excused += coverage.excused[k];
-        if (!coverage.covered[k] && !coverage.excused[k]) printf("%s: no test expects it\n", diag_code_name((DiagCode)k)), wrong++;
-        if (coverage.covered[k] && coverage.excused[k]) printf("%s: has a test now, strike it from the list\n", diag_code_name((DiagCode)k)), wrong++;
+        if (!coverage.covered[k] && !coverage.excused[k])
+            printf("%s: no test expects it\n", diag_code_name((DiagCode)k)), wrong++;
+        if (coverage.covered[k] && coverage.excused[k])
+            printf("%s: has a test now, strike it from the list\n", diag_code_name((DiagCode)k)), wrong++;
     }
     printf("%d diagnostics, %d excused, %d wrong\n", DIAG_COUNT, excused, wrong);
     return wrong ? 1 : 0;
@@ -596,13 +623,19 @@ int main(int argc, char **argv)
     int k = 1;
     if (argc == 3 && !strcmp(argv[1], "--codes")) return check_codes(argv[2]);
     for (; k < argc && argv[k][0] == '-'; k++) {
-        if (!strcmp(argv[k], "--update")) suite.update = true;
-        else if (!strcmp(argv[k], "--parse")) suite.parse = true;
-        else if (!strcmp(argv[k], "--scn") && k + 1 < argc) suite.scn = must(realpath(argv[++k], NULL));
-        else break;
+        if (!strcmp(argv[k], "--update"))
+            suite.update = true;
+        else if (!strcmp(argv[k], "--parse"))
+            suite.parse = true;
+        else if (!strcmp(argv[k], "--scn") && k + 1 < argc)
+            suite.scn = must(realpath(argv[++k], NULL));
+        else
+            break;
     }
     if (!suite.scn || k >= argc || argv[k][0] == '-') {
-        fprintf(stderr, "usage: run-scenes --scn COMMAND [--parse] [--update] FOLDER [NAME.scn ...] | run-scenes --codes FOLDER\n");
+        fprintf(
+            stderr,
+            "usage: run-scenes --scn COMMAND [--parse] [--update] FOLDER [NAME.scn ...] | run-scenes --codes FOLDER\n");
         return 2;
     }
     const char *folder = argv[k++];

@@ -97,9 +97,12 @@ static Outcome run(const char *cache, const char *const *argv)
     while (wait4(child, &status, 0, &used) < 0 && errno == EINTR) continue;
     outcome.wall_ms = now_ms() - begin;
     outcome.status = WIFEXITED(status) ? WEXITSTATUS(status) : 128;
-    outcome.cpu_ms = (double)(used.ru_utime.tv_sec + used.ru_stime.tv_sec) * 1e3 + (double)(used.ru_utime.tv_usec + used.ru_stime.tv_usec) * 1e-3;
+    outcome.cpu_ms = (double)(used.ru_utime.tv_sec + used.ru_stime.tv_sec) * 1e3 +
+                     (double)(used.ru_utime.tv_usec + used.ru_stime.tv_usec) * 1e-3;
     outcome.peak_mb = (double)used.ru_maxrss / 1024;
-    if (outcome.status) fprintf(stderr, "%s %s %s failed (%d):\n%.2000s\n", argv[0], argv[1], argv[2] ? argv[2] : "", outcome.status, outcome.out);
+    if (outcome.status)
+        fprintf(stderr, "%s %s %s failed (%d):\n%.2000s\n", argv[0], argv[1], argv[2] ? argv[2] : "", outcome.status,
+                outcome.out);
     return outcome;
 }
 
@@ -150,7 +153,8 @@ static Outcome bench(const Options *o, const char *cache, const char *path, cons
     char size[32], repeat[16];
     snprintf(size, sizeof size, "%dx%d", o->size, o->size);
     snprintf(repeat, sizeof repeat, "%d", o->repeat);
-    return run(cache, (const char *[]){o->scn, "bench", path, "--size", size, "--repeat", repeat, "--threads", threads, "--json", NULL});
+    return run(cache, (const char *[]){o->scn, "bench", path, "--size", size, "--repeat", repeat, "--threads", threads,
+                                       "--json", NULL});
 }
 
 static double reference(const Options *o, const char *path)
@@ -159,7 +163,8 @@ static double reference(const Options *o, const char *path)
     snprintf(tool, sizeof tool, "%s/scn-oracle", o->tools);
     snprintf(size, sizeof size, "%dx%d", o->size, o->size);
     snprintf(stride, sizeof stride, "%d", o->stride);
-    Outcome outcome = run(NULL, (const char *[]){tool, path, "--size", size, "--stride", stride, "--samples", "8", "--bias", "1e-3", NULL});
+    Outcome outcome = run(NULL, (const char *[]){tool, path, "--size", size, "--stride", stride, "--samples", "8",
+                                                 "--bias", "1e-3", NULL});
     double ms = field(outcome.out, "frame_cpu_ms");
     free(outcome.out);
     return ms;
@@ -207,8 +212,11 @@ static Row measure(const Options *o, const BenchScene *scene)
 
 static void print_head(const Options *o)
 {
-    printf("%dx%d, one primary and one shadow ray, one thread; the reference every %dth pixel of every %dth line, scaled\n\n", o->size, o->size, o->stride, o->stride);
-    printf("%-6s %10s %6s %9s %10s %10s %9s %12s %8s %12s %8s\n", "scene", "CPU ms", "two", "Mrays/s", "build ms", "start ms", "peak MB", "reference ms", "times", "POV-Ray ms", "times");
+    printf("%dx%d, one primary and one shadow ray, one thread; the reference every %dth pixel of every %dth line, "
+           "scaled\n\n",
+           o->size, o->size, o->stride, o->stride);
+    printf("%-6s %10s %6s %9s %10s %10s %9s %12s %8s %12s %8s\n", "scene", "CPU ms", "two", "Mrays/s", "build ms",
+           "start ms", "peak MB", "reference ms", "times", "POV-Ray ms", "times");
 }
 
 static double over(double a, double b)
@@ -218,10 +226,12 @@ static double over(double a, double b)
 
 static void print_row(const Row *r)
 {
-    printf("%-6s %10.2f %6.2f %9.1f %10.1f %10.1f %9.1f %12.0f %8.1f ", r->name, r->cpu, over(r->wall_one, r->wall_two), r->rays_per_s * 1e-6, r->build, r->start, r->peak_mb, r->reference,
-           over(r->reference, r->cpu));
-    if (r->pov > 0) printf("%12.0f %8.1f\n", r->pov, over(r->pov, r->cpu));
-    else printf("%12s %8s\n", "-", "-");
+    printf("%-6s %10.2f %6.2f %9.1f %10.1f %10.1f %9.1f %12.0f %8.1f ", r->name, r->cpu, over(r->wall_one, r->wall_two),
+           r->rays_per_s * 1e-6, r->build, r->start, r->peak_mb, r->reference, over(r->reference, r->cpu));
+    if (r->pov > 0)
+        printf("%12.0f %8.1f\n", r->pov, over(r->pov, r->cpu));
+    else
+        printf("%12s %8s\n", "-", "-");
     fflush(stdout);
 }
 
@@ -244,7 +254,8 @@ static cJSON *row_json(const Row *r)
 // -- what is measured once -----------------------------------------------------------------------------------------------------
 
 // Prints a line and keeps it.
-static void note(cJSON *json, const char *key, double value, const char *format, ...) __attribute__((format(printf, 4, 5)));
+static void note(cJSON *json, const char *key, double value, const char *format, ...)
+    __attribute__((format(printf, 4, 5)));
 static void note(cJSON *json, const char *key, double value, const char *format, ...)
 {
     va_list list;
@@ -263,10 +274,16 @@ static void first_pictures(const Options *o, const char *name, cJSON *json)
     work_path(o, name, ".scnk", package);
     work_path(o, name, "-first.png", picture);
     Outcome built = run(NULL, (const char *[]){o->scn, "build", scene, "-o", package, "-q", NULL});
-    Outcome loaded = run(fresh_cache(o, cache), (const char *[]){o->scn, "run", package, "-o", picture, "--size", "512x512", "-q", NULL});
-    Outcome cold = run(fresh_cache(o, cache), (const char *[]){o->scn, "render", scene, "-o", picture, "--size", "512x512", "-q", NULL});
-    note(json, "package_first_image_cpu_ms", loaded.cpu_ms, "package to a 512x512 picture on disk, empty caches: %.0f ms CPU, %.0f ms wall (at most 150)", loaded.cpu_ms, loaded.wall_ms);
-    note(json, "source_first_image_cpu_ms", cold.cpu_ms, "source to a 512x512 picture on disk, empty caches: %.0f ms CPU, %.0f ms wall (at most 1500)", cold.cpu_ms, cold.wall_ms);
+    Outcome loaded = run(fresh_cache(o, cache),
+                         (const char *[]){o->scn, "run", package, "-o", picture, "--size", "512x512", "-q", NULL});
+    Outcome cold = run(fresh_cache(o, cache),
+                       (const char *[]){o->scn, "render", scene, "-o", picture, "--size", "512x512", "-q", NULL});
+    note(json, "package_first_image_cpu_ms", loaded.cpu_ms,
+         "package to a 512x512 picture on disk, empty caches: %.0f ms CPU, %.0f ms wall (at most 150)", loaded.cpu_ms,
+         loaded.wall_ms);
+    note(json, "source_first_image_cpu_ms", cold.cpu_ms,
+         "source to a 512x512 picture on disk, empty caches: %.0f ms CPU, %.0f ms wall (at most 1500)", cold.cpu_ms,
+         cold.wall_ms);
     free(built.out), free(loaded.out), free(cold.out);
 }
 
@@ -282,8 +299,10 @@ static void big_union(const Options *o, Arena *arena, int count, bool balls, cJS
     Outcome frame = bench(o, fresh_cache(o, cache), path, "1");
     double front = field(frame.out, "load_ms"), build = field(frame.out, "build_ms"), cpu = field(frame.out, "cpu_ms");
     snprintf(key, sizeof key, "%s_check_cpu_ms", name);
-    note(json, key, check.cpu_ms, "%s: check %.0f ms CPU, %.0f MB; to render: front end and compiler %.0f ms, kernels %.0f ms, a frame %.1f ms, %.0f MB", name, check.cpu_ms, check.peak_mb, front,
-         build, cpu, frame.peak_mb);
+    note(json, key, check.cpu_ms,
+         "%s: check %.0f ms CPU, %.0f MB; to render: front end and compiler %.0f ms, kernels %.0f ms, a frame %.1f ms, "
+         "%.0f MB",
+         name, check.cpu_ms, check.peak_mb, front, build, cpu, frame.peak_mb);
     snprintf(key, sizeof key, "%s_load_ms", name);
     cJSON_AddNumberToObject(json, key, front);
     snprintf(key, sizeof key, "%s_kernel_build_ms", name);
@@ -295,20 +314,21 @@ static void big_union(const Options *o, Arena *arena, int count, bool balls, cJS
 
 // What lists and free forms of many perturbations cost: thousands of balls far apart, where the shadow rays of a packet have nothing in common, and grooves,
 // which no box bounds.
-#define CROWD_HEAD                                                               \
-    "scn 1;\ncamera { eye: (14, 12, 30); look_at: (0, 0, 0); fov: 40deg; }\n"    \
+#define CROWD_HEAD                                                                                                     \
+    "scn 1;\ncamera { eye: (14, 12, 30); look_at: (0, 0, 0); fov: 40deg; }\n"                                          \
     "light sun { direction: (-0.9, -1, -0.35); }\n"
 #define GROOVE(axis) "            perturb(slab(" axis ": at - 0.2 .. at + 0.2), strength: -8000);\n"
-static const char *const crowds[][2] = { // a name and a scene
-    {"scattered-100000", CROWD_HEAD
-     "fn hash(k: scalar) -> scalar { mod(sin(k * 12.9898rad) * 43758.5453, 1) }\n"
-     "scene {\n"
-     "    for k in 0..100000 {\n"
-     "        sphere(0.03).move(20 * hash(k) - 10, 20 * hash(k + 0.37) - 10, 20 * hash(k + 0.71) - 10);\n"
-     "    }\n}\n"},
+static const char *const crowds[][2] = {
+    // a name and a scene
+    {"scattered-100000",
+     CROWD_HEAD "fn hash(k: scalar) -> scalar { mod(sin(k * 12.9898rad) * 43758.5453, 1) }\n"
+                "scene {\n"
+                "    for k in 0..100000 {\n"
+                "        sphere(0.03).move(20 * hash(k) - 10, 20 * hash(k + 0.37) - 10, 20 * hash(k + 0.71) - 10);\n"
+                "    }\n}\n"},
     {"slabs-54", CROWD_HEAD
-     "scene {\n    freeform(sphere(9)) {\n        for k in 0..18 {\n            let at = -7.65 + 0.9 * k;\n" GROOVE("x") GROOVE("y") GROOVE("z")
-     "        }\n    }\n}\n"},
+     "scene {\n    freeform(sphere(9)) {\n        for k in 0..18 {\n            let at = -7.65 + 0.9 * k;\n" GROOVE("x")
+         GROOVE("y") GROOVE("z") "        }\n    }\n}\n"},
 };
 
 static void big_crowd(const Options *o, const char *const crowd[2], cJSON *json)
@@ -324,7 +344,8 @@ static void big_crowd(const Options *o, const char *const crowd[2], cJSON *json)
     fclose(file);
     Outcome frame = bench(o, NULL, path, "1");
     snprintf(key, sizeof key, "%s_frame_cpu_ms", crowd[0]);
-    note(json, key, field(frame.out, "cpu_ms"), "%s: a frame %.1f ms CPU, %.0f MB", crowd[0], field(frame.out, "cpu_ms"), frame.peak_mb);
+    note(json, key, field(frame.out, "cpu_ms"), "%s: a frame %.1f ms CPU, %.0f MB", crowd[0],
+         field(frame.out, "cpu_ms"), frame.peak_mb);
     free(frame.out);
 }
 
@@ -346,16 +367,26 @@ static bool read_options(int argc, char **argv, Options *o)
 {
     *o = (Options){.size = 1024, .repeat = 9, .stride = 8, .pov = true, .rays = true};
     for (int k = 1; k < argc; k++) {
-        if (!strcmp(argv[k], "--no-pov")) o->pov = false;
-        else if (!strcmp(argv[k], "--no-rays")) o->rays = false;
-        else if (argv[k][0] != '-') o->folder = argv[k];
-        else if (k + 1 == argc) return false;
-        else if (!strcmp(argv[k], "--scn")) o->scn = argv[++k];
-        else if (!strcmp(argv[k], "--work")) o->work = argv[++k];
-        else if (!strcmp(argv[k], "--size")) o->size = atoi(argv[++k]);
-        else if (!strcmp(argv[k], "--repeat")) o->repeat = atoi(argv[++k]);
-        else if (!strcmp(argv[k], "--stride")) o->stride = atoi(argv[++k]);
-        else return false;
+        if (!strcmp(argv[k], "--no-pov"))
+            o->pov = false;
+        else if (!strcmp(argv[k], "--no-rays"))
+            o->rays = false;
+        else if (argv[k][0] != '-')
+            o->folder = argv[k];
+        else if (k + 1 == argc)
+            return false;
+        else if (!strcmp(argv[k], "--scn"))
+            o->scn = argv[++k];
+        else if (!strcmp(argv[k], "--work"))
+            o->work = argv[++k];
+        else if (!strcmp(argv[k], "--size"))
+            o->size = atoi(argv[++k]);
+        else if (!strcmp(argv[k], "--repeat"))
+            o->repeat = atoi(argv[++k]);
+        else if (!strcmp(argv[k], "--stride"))
+            o->stride = atoi(argv[++k]);
+        else
+            return false;
     }
     if (!o->scn || !o->work || o->size < 8 || o->repeat < 1 || o->stride < 1) return false;
     const char *slash = strrchr(o->scn, '/');
@@ -371,8 +402,10 @@ static bool get_scene(const Options *o, Arena *arena, int k, BenchScene *scene)
     static const int counts[] = {8, 64, 512, 0, 4096};
     char path[600], why[200];
     if (!o->folder) {
-        if (counts[k]) bench_freeform(arena, names[k], counts[k], 1001 + (unsigned)k, scene);
-        else bench_sets(arena, names[k], 1001 + (unsigned)k, scene);
+        if (counts[k])
+            bench_freeform(arena, names[k], counts[k], 1001 + (unsigned)k, scene);
+        else
+            bench_sets(arena, names[k], 1001 + (unsigned)k, scene);
         return true;
     }
     snprintf(path, sizeof path, "%s/%s.json", o->folder, names[k]);
@@ -385,7 +418,8 @@ int main(int argc, char **argv)
 {
     Options o;
     if (!read_options(argc, argv, &o)) {
-        fprintf(stderr, "usage: scn-bench --scn SCN --work FOLDER [--size N] [--repeat N] [--stride N] [--no-pov] [--no-rays] [SCENES]\n");
+        fprintf(stderr, "usage: scn-bench --scn SCN --work FOLDER [--size N] [--repeat N] [--stride N] [--no-pov] "
+                        "[--no-rays] [SCENES]\n");
         return 2;
     }
     Arena arena = {0};

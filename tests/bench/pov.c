@@ -20,13 +20,14 @@ static double field(const double q[10], const double p[3], double g[3])
 // A quadric without its closing brace; POV-Ray's inside is below zero.
 static void open_quadric(const double q[10], FILE *out)
 {
-    fprintf(out, "quadric { <%.12g, %.12g, %.12g>, <%.12g, %.12g, %.12g>, <%.12g, %.12g, %.12g>, %.12g ", -q[0], -q[1], -q[2], -q[3], -q[4],
-            -q[5], -q[6], -q[7], -q[8], -q[9]);
+    fprintf(out, "quadric { <%.12g, %.12g, %.12g>, <%.12g, %.12g, %.12g>, <%.12g, %.12g, %.12g>, %.12g ", -q[0], -q[1],
+            -q[2], -q[3], -q[4], -q[5], -q[6], -q[7], -q[8], -q[9]);
 }
 
 static void write_sets(const BenchNode *node, FILE *out)
 {
-    static const char *const words[] = {[BENCH_UNION] = "union", [BENCH_INTERSECT] = "intersection", [BENCH_SUBTRACT] = "difference"};
+    static const char *const words[] = {
+        [BENCH_UNION] = "union", [BENCH_INTERSECT] = "intersection", [BENCH_SUBTRACT] = "difference"};
     if (node->kind == BENCH_QUADRIC) {
         open_quadric(node->q, out);
         fprintf(out, "}\n");
@@ -80,22 +81,24 @@ static void survey(const BenchNode *node, Cell *cell)
         }
         double slope = sqrt(sum[0] * sum[0] + sum[1] * sum[1] + sum[2] * sum[2]);
         if (slope > cell->steepest) cell->steepest = slope;
-        if (f >= 0) in = true;
-        else outside = true;
+        if (f >= 0)
+            in = true;
+        else
+            outside = true;
     }
     cell->surface = in && outside;
 }
 
 static void write_polynomial(const double q[10], FILE *out)
 {
-    fprintf(out, "x*(%.12g*x+%.12g*y+%.12g*z+%.12g)+y*(%.12g*y+%.12g*z+%.12g)+z*(%.12g*z+%.12g)+%.12g", q[0], q[3], q[4], q[6], q[1], q[5], q[7], q[2],
-            q[8], q[9]);
+    fprintf(out, "x*(%.12g*x+%.12g*y+%.12g*z+%.12g)+y*(%.12g*y+%.12g*z+%.12g)+z*(%.12g*z+%.12g)+%.12g", q[0], q[3],
+            q[4], q[6], q[1], q[5], q[7], q[2], q[8], q[9]);
 }
 
 static void write_box(const Cell *cell, FILE *out)
 {
-    fprintf(out, "box { <%.9g, %.9g, %.9g>, <%.9g, %.9g, %.9g> }", cell->low[0], cell->low[1], cell->low[2], cell->low[0] + cell->size, cell->low[1] + cell->size,
-            cell->low[2] + cell->size);
+    fprintf(out, "box { <%.9g, %.9g, %.9g>, <%.9g, %.9g, %.9g> }", cell->low[0], cell->low[1], cell->low[2],
+            cell->low[0] + cell->size, cell->low[1] + cell->size, cell->low[2] + cell->size);
 }
 
 static void write_cell(const BenchNode *node, const Cell *cell, FILE *out)
@@ -148,14 +151,21 @@ static void write_freeform(const BenchNode *node, double bound, FILE *out)
 void bench_write_pov(const BenchScene *s, FILE *out)
 {
     fprintf(out, "#version 3.7;\nglobal_settings { assumed_gamma 1.0 }\n");
-    fprintf(out, "camera { perspective location <%g, %g, %g> sky <%g, %g, %g> right -x up y angle %g look_at <%g, %g, %g> }\n", s->eye[0], s->eye[1], s->eye[2],
-            s->up[0], s->up[1], s->up[2], s->fov, s->look_at[0], s->look_at[1], s->look_at[2]);
-    fprintf(out, "light_source { <%g, %g, %g> color rgb 1 parallel point_at <0, 0, 0> }\n", 100 * s->light[0], 100 * s->light[1], 100 * s->light[2]);
+    fprintf(
+        out,
+        "camera { perspective location <%g, %g, %g> sky <%g, %g, %g> right -x up y angle %g look_at <%g, %g, %g> }\n",
+        s->eye[0], s->eye[1], s->eye[2], s->up[0], s->up[1], s->up[2], s->fov, s->look_at[0], s->look_at[1],
+        s->look_at[2]);
+    fprintf(out, "light_source { <%g, %g, %g> color rgb 1 parallel point_at <0, 0, 0> }\n", 100 * s->light[0],
+            100 * s->light[1], 100 * s->light[2]);
     fprintf(out, "background { color rgb <%g, %g, %g> }\n", s->background[0], s->background[1], s->background[2]);
     fprintf(out, "#declare cubed = function(a) { select(a, 0, a * a * a) };\n");
     fprintf(out, "object {\n");
-    if (s->root.kind == BENCH_FREEFORM) write_freeform(&s->root, s->bound, out);
-    else write_sets(&s->root, out);
-    fprintf(out, "pigment { color rgb <%g, %g, %g> } finish { ambient %g diffuse %g specular 0 phong %g phong_size %g } }\n", s->color[0], s->color[1],
-            s->color[2], s->ambient, s->diffuse, s->specular, s->shininess);
+    if (s->root.kind == BENCH_FREEFORM)
+        write_freeform(&s->root, s->bound, out);
+    else
+        write_sets(&s->root, out);
+    fprintf(out,
+            "pigment { color rgb <%g, %g, %g> } finish { ambient %g diffuse %g specular 0 phong %g phong_size %g } }\n",
+            s->color[0], s->color[1], s->color[2], s->ambient, s->diffuse, s->specular, s->shininess);
 }

@@ -13,7 +13,8 @@ static bool numbers(const cJSON *list, double *out, int count)
 {
     if (!cJSON_IsArray(list) || cJSON_GetArraySize(list) != count) return false;
     const cJSON *item;
-    cJSON_ArrayForEach(item, list) {
+    cJSON_ArrayForEach(item, list)
+    {
         if (!cJSON_IsNumber(item)) return false;
         *out++ = item->valuedouble;
     }
@@ -41,7 +42,8 @@ static bool read_tree(Arena *arena, const cJSON *json, BenchNode *node)
     if (!op || !cJSON_IsArray(args)) return false;
     node->kind = !strcmp(op, "union") ? BENCH_UNION : !strcmp(op, "intersect") ? BENCH_INTERSECT : BENCH_SUBTRACT;
     node->children = arena_array(arena, BenchNode, cJSON_GetArraySize(args));
-    cJSON_ArrayForEach(arg, args) {
+    cJSON_ArrayForEach(arg, args)
+    {
         if (!read_tree(arena, arg, &node->children[node->count++])) return false;
     }
     return node->count > 0;
@@ -55,7 +57,8 @@ static bool read_object(Arena *arena, const cJSON *json, BenchNode *node)
     node->kind = BENCH_FREEFORM;
     node->parts = arena_alloc(arena, sizeof *node->parts * (size_t)cJSON_GetArraySize(parts));
     if (!numbers(cJSON_GetObjectItemCaseSensitive(json, "base"), node->q, 10)) return false;
-    cJSON_ArrayForEach(part, parts) {
+    cJSON_ArrayForEach(part, parts)
+    {
         if (!numbers(part, node->parts[node->count++], 10)) return false;
     }
     return true;
@@ -69,8 +72,9 @@ static bool read_scene(Arena *arena, const cJSON *json, BenchScene *scene)
     const cJSON *objects = cJSON_GetObjectItemCaseSensitive(json, "objects");
     const char *name = cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(json, "name"));
     scene->name = name ? arena_text(arena, name, strlen(name)) : "scene";
-    return vector(camera, "eye", scene->eye) && vector(camera, "look_at", scene->look_at) && vector(camera, "up", scene->up) &&
-           number(camera, "fov_y_deg", &scene->fov) && vector(light, "dir", scene->light) && vector(material, "color", scene->color) &&
+    return vector(camera, "eye", scene->eye) && vector(camera, "look_at", scene->look_at) &&
+           vector(camera, "up", scene->up) && number(camera, "fov_y_deg", &scene->fov) &&
+           vector(light, "dir", scene->light) && vector(material, "color", scene->color) &&
            vector(material, "background", scene->background) && number(material, "ambient", &scene->ambient) &&
            number(material, "diffuse", &scene->diffuse) && number(material, "specular", &scene->specular) &&
            number(material, "shininess", &scene->shininess) && number(json, "bound_radius", &scene->bound) &&
@@ -153,7 +157,8 @@ static void quadric_from(const double m[3][3], const double p[3], double top, do
 {
     double mp[3];
     for (int i = 0; i < 3; i++) mp[i] = dot(m[i], p);
-    double all[10] = {-m[0][0], -m[1][1], -m[2][2], -2 * m[0][1], -2 * m[0][2], -2 * m[1][2], 2 * mp[0], 2 * mp[1], 2 * mp[2], top - dot(p, mp)};
+    double all[10] = {-m[0][0],     -m[1][1],  -m[2][2],  -2 * m[0][1], -2 * m[0][2],
+                      -2 * m[1][2], 2 * mp[0], 2 * mp[1], 2 * mp[2],    top - dot(p, mp)};
     memcpy(q, all, sizeof all);
 }
 
@@ -171,8 +176,18 @@ static void axes_matrix(const double u[3][3], const double axis[3], double facto
 static void common(BenchScene *scene, const char *name, double bound)
 {
     *scene = (BenchScene){
-        .name = name, .eye = {1.8, 1.2, 3.4}, .up = {0, 1, 0}, .fov = 40, .light = {0.9, 1.0, 0.35}, .color = {0.85, 0.55, 0.35},
-        .ambient = 0.12, .diffuse = 0.75, .specular = 0.4, .shininess = 40, .background = {0.08, 0.10, 0.16}, .bound = bound,
+        .name = name,
+        .eye = {1.8, 1.2, 3.4},
+        .up = {0, 1, 0},
+        .fov = 40,
+        .light = {0.9, 1.0, 0.35},
+        .color = {0.85, 0.55, 0.35},
+        .ambient = 0.12,
+        .diffuse = 0.75,
+        .specular = 0.4,
+        .shininess = 40,
+        .background = {0.08, 0.10, 0.16},
+        .bound = bound,
     };
 }
 
@@ -188,7 +203,8 @@ void bench_freeform(Arena *arena, const char *name, int count, unsigned seed, Be
         direction(&r, p);
         frame(&r, u);
         for (int i = 0; i < 3; i++) axis[i] = radius * uniform(&r, 0.75, 1.25);
-        double top = cbrt(0.8 * radius * uniform(&r, 0.6, 1.1)); // the cube of Q's maximum moves the surface by about half of it
+        double top =
+            cbrt(0.8 * radius * uniform(&r, 0.6, 1.1)); // the cube of Q's maximum moves the surface by about half of it
         axes_matrix(u, axis, top, m);
         quadric_from(m, p, top, scene->root.parts[k]);
     }
@@ -210,7 +226,8 @@ void bench_sets(Arena *arena, const char *name, unsigned seed, BenchScene *scene
     cross(aside, u[0], u[1]);
     unit(u[1]);
     cross(u[0], u[1], u[2]);
-    BenchNode *top = arena_array(arena, BenchNode, 21), *body = arena_array(arena, BenchNode, 4), *slabs = arena_array(arena, BenchNode, 3);
+    BenchNode *top = arena_array(arena, BenchNode, 21), *body = arena_array(arena, BenchNode, 4),
+              *slabs = arena_array(arena, BenchNode, 3);
     for (int k = 0; k < 3; k++) {
         double slab[3][3], cylinder[3][3];
         for (int i = 0; i < 3; i++) {
@@ -292,11 +309,18 @@ static void write_node(const BenchNode *node, int depth, FILE *out)
 void bench_write_scn(const BenchScene *s, FILE *out)
 {
     fprintf(out, "scn 1;\n\n// bound: %.17g\n", s->bound);
-    fprintf(out, "camera { eye: (%.17g, %.17g, %.17g); look_at: (%.17g, %.17g, %.17g); up: (%.17g, %.17g, %.17g); fov: %.17gdeg; }\n",
-            s->eye[0], s->eye[1], s->eye[2], s->look_at[0], s->look_at[1], s->look_at[2], s->up[0], s->up[1], s->up[2], s->fov);
-    fprintf(out, "light sun { direction: (%.17g, %.17g, %.17g); color: (1, 1, 1); }\n", -s->light[0], -s->light[1], -s->light[2]);
-    fprintf(out, "background { color: (%.17g, %.17g, %.17g); }\n", s->background[0], s->background[1], s->background[2]);
-    fprintf(out, "material clay { color: (%.17g, %.17g, %.17g); ambient: %.17g; diffuse: %.17g; specular: %.17g; shininess: %.17g; }\n\n",
+    fprintf(out,
+            "camera { eye: (%.17g, %.17g, %.17g); look_at: (%.17g, %.17g, %.17g); up: (%.17g, %.17g, %.17g); fov: "
+            "%.17gdeg; }\n",
+            s->eye[0], s->eye[1], s->eye[2], s->look_at[0], s->look_at[1], s->look_at[2], s->up[0], s->up[1], s->up[2],
+            s->fov);
+    fprintf(out, "light sun { direction: (%.17g, %.17g, %.17g); color: (1, 1, 1); }\n", -s->light[0], -s->light[1],
+            -s->light[2]);
+    fprintf(out, "background { color: (%.17g, %.17g, %.17g); }\n", s->background[0], s->background[1],
+            s->background[2]);
+    fprintf(out,
+            "material clay { color: (%.17g, %.17g, %.17g); ambient: %.17g; diffuse: %.17g; specular: %.17g; shininess: "
+            "%.17g; }\n\n",
             s->color[0], s->color[1], s->color[2], s->ambient, s->diffuse, s->specular, s->shininess);
     fprintf(out, "object shape =\n");
     write_node(&s->root, 1, out);

@@ -13,9 +13,9 @@
 typedef enum BenchKind { BENCH_QUADRIC, BENCH_FREEFORM, BENCH_UNION, BENCH_INTERSECT, BENCH_SUBTRACT } BenchKind;
 
 typedef struct BenchNode {
-    int kind;           // BenchKind
-    double q[10];       // BENCH_QUADRIC; BENCH_FREEFORM: the base
-    int count;          // perturbations or children
+    int kind;            // BenchKind
+    double q[10];        // BENCH_QUADRIC; BENCH_FREEFORM: the base
+    int count;           // perturbations or children
     double (*parts)[10]; // perturbations
     struct BenchNode *children;
 } BenchNode;

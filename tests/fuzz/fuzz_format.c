@@ -33,7 +33,8 @@ int LLVMFuzzerTestOneInput(const uint8_t *bytes, size_t length)
         require(once, "it is the same scene");
         const Source *again = source_add(&unit.sources, "again.scn", once, once_length, (Span){0});
         const char *twice = format_source(&unit, again, &(FormatOptions){0}, &twice_length);
-        require(twice && once_length == twice_length && memcmp(once, twice, once_length) == 0, "it is formatted once for all");
+        require(twice && once_length == twice_length && memcmp(once, twice, once_length) == 0,
+                "it is formatted once for all");
         require(format_source(&unit, source, &(FormatOptions){2, 3}, &once_length), "so are its lines");
     }
     unit_release(&unit);

@@ -91,12 +91,8 @@ static size_t change(uint64_t *state, uint8_t *bytes, size_t length, const Seed 
     case 1:
         if (length) bytes[at] = marks[below(state, sizeof marks)];
         return length;
-    case 2:
-        memmove(bytes + at, bytes + at + count, length - at - count);
-        return length - count;
-    case 3:
-        memcpy(piece, bytes + at, count);
-        return insert(bytes, length, below(state, length + 1), piece, count);
+    case 2: memmove(bytes + at, bytes + at + count, length - at - count); return length - count;
+    case 3: memcpy(piece, bytes + at, count); return insert(bytes, length, below(state, length + 1), piece, count);
     case 4: {
         size_t from = below(state, other->length);
         count = 1 + below(state, sizeof piece);
@@ -128,7 +124,8 @@ int main(int argc, char **argv)
         const Seed *seed = &seeds[below(&state, count)];
         size_t length = seed->length;
         memcpy(bytes, seed->bytes, length);
-        for (size_t n = 1 + below(&state, 6); n; n--) length = change(&state, bytes, length, &seeds[below(&state, count)]);
+        for (size_t n = 1 + below(&state, 6); n; n--)
+            length = change(&state, bytes, length, &seeds[below(&state, count)]);
         try(bytes, length);
     }
     alarm(0);

@@ -22,7 +22,12 @@ typedef struct Picture {
 static bool render(const char *path, int lanes, Picture *picture)
 {
     ScnScene *scene = scn_load(&(ScnSceneDesc){.path = path, .lanes = lanes});
-    ScnFrameDesc frame = {.width = WIDTH, .height = HEIGHT, .color = picture->color, .depth = picture->depth, .normal = picture->normal, .id = picture->id};
+    ScnFrameDesc frame = {.width = WIDTH,
+                          .height = HEIGHT,
+                          .color = picture->color,
+                          .depth = picture->depth,
+                          .normal = picture->normal,
+                          .id = picture->id};
     bool good = scene && scn_status(scene) == SCN_OK && scn_render(scene, &frame) == SCN_OK;
     if (!good) printf("%s: %s\n", path, scene ? scn_error(scene) : "no memory");
     scn_free(scene);
@@ -43,15 +48,18 @@ static bool compare(const char *path, const Picture *a, const Picture *b)
     }
     for (int k = 0; k < WIDTH * HEIGHT; k++) {
         bool same = a->id[k] == b->id[k] && near_enough(a->depth[k], b->depth[k], far);
-        bool equal = a->id[k] == b->id[k] && a->depth[k] == b->depth[k] && !memcmp(a->color + 4 * k, b->color + 4 * k, 4 * sizeof(float));
+        bool equal = a->id[k] == b->id[k] && a->depth[k] == b->depth[k] &&
+                     !memcmp(a->color + 4 * k, b->color + 4 * k, 4 * sizeof(float));
         for (int i = 0; i < 3; i++) {
-            same &= fabsf(a->normal[3 * k + i] - b->normal[3 * k + i]) <= 1e-3f && fabsf(a->color[4 * k + i] - b->color[4 * k + i]) <= 2e-3f;
+            same &= fabsf(a->normal[3 * k + i] - b->normal[3 * k + i]) <= 1e-3f &&
+                    fabsf(a->color[4 * k + i] - b->color[4 * k + i]) <= 2e-3f;
         }
         differ += !same;
         exact += equal;
     }
     bool good = differ <= EDGES * WIDTH * HEIGHT;
-    printf("%s: %.2f %% equal to the last bit, %d of %d pixels differ%s\n", path, 100.0 * exact / (WIDTH * HEIGHT), differ, WIDTH * HEIGHT, good ? "" : ": too many");
+    printf("%s: %.2f %% equal to the last bit, %d of %d pixels differ%s\n", path, 100.0 * exact / (WIDTH * HEIGHT),
+           differ, WIDTH * HEIGHT, good ? "" : ": too many");
     return good;
 }
 
@@ -59,7 +67,8 @@ int main(int argc, char **argv)
 {
     Picture *wide = malloc(sizeof *wide), *narrow = malloc(sizeof *narrow);
     bool good = wide && narrow && argc > 1;
-    for (int k = 1; k < argc; k++) good &= render(argv[k], 16, wide) && render(argv[k], 1, narrow) && compare(argv[k], wide, narrow);
+    for (int k = 1; k < argc; k++)
+        good &= render(argv[k], 16, wide) && render(argv[k], 1, narrow) && compare(argv[k], wide, narrow);
     free(wide);
     free(narrow);
     return good ? 0 : 1;

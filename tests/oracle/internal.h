@@ -18,7 +18,9 @@ void oracle_map_point(const double m[12], const double x[3], double out[3]);
 double oracle_quadric_field(const double a[10], const double point[3], double gradient[3]);
 
 // A quadric on a ray: a t² + b t + c.
-typedef struct OracleParabola { double a, b, c; } OracleParabola;
+typedef struct OracleParabola {
+    double a, b, c;
+} OracleParabola;
 
 OracleParabola oracle_parabola(const OracleQuadric *quadric, const OracleRay *ray);
 OracleParabola oracle_base_parabola(const Oracle *oracle, const OracleLeaf *leaf, const OracleRay *ray);
@@ -30,9 +32,16 @@ int oracle_parabola_roots(const OracleParabola *q, double roots[2]);
 
 typedef struct OracleExpression OracleExpression;
 
-typedef struct OraclePoint { double f, g[3]; } OraclePoint;                    // a value and its gradient; NaN: undefined
-typedef struct OracleSpan { double low, high; bool partial; } OracleSpan;      // low > high: undefined; partial: perhaps
-typedef struct OracleLine { double origin[3], direction[3]; } OracleLine;      // in the field's own coordinates
+typedef struct OraclePoint {
+    double f, g[3];
+} OraclePoint; // a value and its gradient; NaN: undefined
+typedef struct OracleSpan {
+    double low, high;
+    bool partial;
+} OracleSpan; // low > high: undefined; partial: perhaps
+typedef struct OracleLine {
+    double origin[3], direction[3];
+} OracleLine; // in the field's own coordinates
 
 // Of OP_FIELD, after the numbers are evaluated; one for each node, and the oracle's.
 OracleExpression *oracle_expression_new(Oracle *oracle, IrId field);
@@ -53,8 +62,8 @@ typedef struct OracleSeek {
     const struct OracleTerm *terms; // F is their sum, each by its weight, and what is added
     int term_count;
     void *context;
-    double (*at)(void *context, double t);                             // F with all that is added
-    OracleSpan (*more)(void *context, double low, double high);        // what is added to the expression; NULL: nothing
+    double (*at)(void *context, double t);                      // F with all that is added
+    OracleSpan (*more)(void *context, double low, double high); // what is added to the expression; NULL: nothing
     void (*found)(void *context, double t);
 } OracleSeek;
 void oracle_expression_seek(const OracleSeek *seek, double near, double far);

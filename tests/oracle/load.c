@@ -4,9 +4,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "compiler/stdlib.h"
 #include "compiler/check.h"
 #include "compiler/elaborate.h"
+#include "compiler/stdlib.h"
 #include "lang/ast.h"
 
 bool oracle_load(OracleSource *source, const char *path, const char *text, size_t length)

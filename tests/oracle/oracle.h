@@ -27,7 +27,7 @@
 #include "compiler/ir.h"
 #include "lang/arena.h"
 
-#define ORACLE_ERROR 240
+#define ORACLE_ERROR    240
 #define ORACLE_INFINITY 1e300 // |F| of the empty set and of its complement
 
 typedef struct OracleMap { // world to local, three rows of four
@@ -96,10 +96,10 @@ typedef struct Oracle {
     double camera[15];
     bool orthographic;
     double background[3];
-    double bound[4];   // ball that holds the surface for the plain reference: centre, radius; radius 0: not known
+    double bound[4]; // ball that holds the surface for the plain reference: centre, radius; radius 0: not known
     struct OracleExpression *expressions; // all of them
-    struct OracleScratch *scratch; // of the exact way
-    struct OraclePlain *plain;     // of the plain one
+    struct OracleScratch *scratch;        // of the exact way
+    struct OraclePlain *plain;            // of the plain one
 } Oracle;
 
 typedef struct OracleRay {
@@ -109,9 +109,9 @@ typedef struct OracleRay {
 
 typedef struct OracleHit {
     double t;
-    bool leaving;      // the ray began inside, this is where it comes out
-    uint32_t leaf;     // the leaf that decides, the first of equals
-    uint32_t ties;     // how many further leaves vanish at the same place
+    bool leaving;               // the ray began inside, this is where it comes out
+    uint32_t leaf;              // the leaf that decides, the first of equals
+    uint32_t ties;              // how many further leaves vanish at the same place
     double point[3], normal[3]; // of length 1, towards the viewer: outward, or inward where the ray comes from inside
 } OracleHit;
 
@@ -140,11 +140,12 @@ OracleRay oracle_camera_ray(const Oracle *oracle, double x, double y, double wid
 
 // The shading formula at a hit; samples 0 asks the exact way for shadows, else the plain one with that many samples. `bias` is how far shadow rays
 // start from the surface.
-void oracle_shade(Oracle *oracle, const OracleRay *ray, const OracleHit *hit, int samples, double bias, double color[3]);
+void oracle_shade(Oracle *oracle, const OracleRay *ray, const OracleHit *hit, int samples, double bias,
+                  double color[3]);
 
 // The ray from a surface point to a light, begun `bias` along the normal. False where the light does not reach that side.
-bool oracle_light_ray(const Oracle *oracle, const OracleLight *light, const double point[3], const double normal[3], double bias,
-                      OracleRay *ray);
+bool oracle_light_ray(const Oracle *oracle, const OracleLight *light, const double point[3], const double normal[3],
+                      double bias, OracleRay *ray);
 
 // The share of a light that reaches a point where nothing is in the way: what fading and a spot's cone leave.
 double oracle_light_part(const OracleLight *light, const double point[3]);

@@ -47,7 +47,8 @@ OracleExpression *oracle_expression_new(Oracle *oracle, IrId field)
     if (!e->nodes || !e->points || !e->spans) abort();
     reached[root] = true;
     for (IrId id = root; id > 0; id--) {
-        for (uint32_t k = 0; reached[id] && ir_at(ir, id)->rate == RATE_POINT && k < ir_at(ir, id)->count; k++) reached[ir_operand(ir, id, k)] = true;
+        for (uint32_t k = 0; reached[id] && ir_at(ir, id)->rate == RATE_POINT && k < ir_at(ir, id)->count; k++)
+            reached[ir_operand(ir, id, k)] = true;
     }
     for (IrId id = 1; id <= root; id++) {
         if (!reached[id]) continue;
@@ -81,7 +82,8 @@ void oracle_expressions_free(Oracle *oracle)
 static OraclePoint combine(double f, const OraclePoint *a, double by_a, const OraclePoint *b, double by_b)
 {
     OraclePoint r = {.f = f};
-    for (int k = 0; k < 3; k++) r.g[k] = (a->g[k] == 0 ? 0 : by_a * a->g[k]) + (!b || b->g[k] == 0 ? 0 : by_b * b->g[k]);
+    for (int k = 0; k < 3; k++)
+        r.g[k] = (a->g[k] == 0 ? 0 : by_a * a->g[k]) + (!b || b->g[k] == 0 ? 0 : by_b * b->g[k]);
     return r;
 }
 
@@ -142,7 +144,8 @@ double oracle_expression_at(OracleExpression *e, const double point[3], double g
             e->points[id].g[op - OP_X] = 1;
         } else if (ir_at(ir, id)->rate == RATE_POINT) {
             const IrId *o = ir_operands(ir, id);
-            e->points[id] = point_of(op, &e->points[o[0]], count > 1 ? &e->points[o[1]] : NULL, count > 2 ? &e->points[o[2]] : NULL);
+            e->points[id] = point_of(op, &e->points[o[0]], count > 1 ? &e->points[o[1]] : NULL,
+                                     count > 2 ? &e->points[o[2]] : NULL);
         }
     }
     if (gradient) memcpy(gradient, e->points[id].g, 3 * sizeof *gradient);
@@ -283,11 +286,13 @@ static OracleSpan angle(OracleSpan y, OracleSpan x)
 static OracleSpan span_of(IrOp op, OracleSpan a, OracleSpan b, OracleSpan c)
 {
     if (a.low > a.high) return nothing();
-    bool no = holds_zero(a), yes = a.low != 0 || a.high != 0, other_no = holds_zero(b), other_yes = b.low != 0 || b.high != 0;
+    bool no = holds_zero(a), yes = a.low != 0 || a.high != 0, other_no = holds_zero(b),
+         other_yes = b.low != 0 || b.high != 0;
     if (op == OP_SELECT) {
         if (!no) return b;
         if (!yes || b.low > b.high) return yes ? (OracleSpan){c.low, c.high, true} : c;
-        return c.low > c.high ? (OracleSpan){b.low, b.high, true} : (OracleSpan){fmin(b.low, c.low), fmax(b.high, c.high), b.partial || c.partial};
+        return c.low > c.high ? (OracleSpan){b.low, b.high, true}
+                              : (OracleSpan){fmin(b.low, c.low), fmax(b.high, c.high), b.partial || c.partial};
     }
     if (b.low > b.high && op != OP_AND && op != OP_OR) return nothing();
     switch (op) {
@@ -346,7 +351,8 @@ static OracleSpan expression_over(OracleExpression *e, const OracleLine *line, d
         }
         if (node->rate != RATE_POINT) continue;
         const IrId *o = ir_operands(ir, id);
-        OracleSpan a = e->spans[o[0]], b = node->count > 1 ? e->spans[o[1]] : a, c = node->count > 2 ? e->spans[o[2]] : a;
+        OracleSpan a = e->spans[o[0]], b = node->count > 1 ? e->spans[o[1]] : a,
+                   c = node->count > 2 ? e->spans[o[2]] : a;
         OracleSpan r = span_of((IrOp)node->op, a, b, c);
         if (r.low <= r.high) r.partial |= a.partial || (node->op != OP_SELECT && b.partial);
         e->spans[id] = r;
@@ -384,8 +390,10 @@ static double change_between(const OracleSeek *seek, double low, double high)
     for (int k = 0; k < 200; k++) {
         double middle = low + (high - low) / 2;
         if (middle <= low || middle >= high) break;
-        if ((seek->at(seek->context, middle) >= 0) == first) low = middle;
-        else high = middle;
+        if ((seek->at(seek->context, middle) >= 0) == first)
+            low = middle;
+        else
+            high = middle;
     }
     return low;
 }

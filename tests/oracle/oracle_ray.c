@@ -21,11 +21,11 @@ typedef struct LiveParabola { // a perturbation that acts somewhere on the ray
 
 typedef struct RayLeaf {
     OracleParabola base;
-    uint32_t first, count; // of live
+    uint32_t first, count;   // of live
     const OracleLeaf *field; // with general fields among its bases; NULL: a free form
     OracleTerm terms[ORACLE_TERMS];
     int term_count;
-    bool changes;            // its sign, somewhere on the ray
+    bool changes; // its sign, somewhere on the ray
 } RayLeaf;
 
 struct OracleScratch {
@@ -151,8 +151,10 @@ static double bisect(const double *p, int degree, double low, double high)
     for (;;) {
         double middle = (low + high) / 2;
         if (middle <= low || middle >= high) return middle;
-        if ((horner(p, degree, middle) < 0) == rising) low = middle;
-        else high = middle;
+        if ((horner(p, degree, middle) < 0) == rising)
+            low = middle;
+        else
+            high = middle;
         if (high - low < 1e-15) return (low + high) / 2;
     }
 }
@@ -237,13 +239,15 @@ static void piece_events(OracleScratch *s, const OracleRay *ray, const RayLeaf *
         double roots[2];
         int count = oracle_parabola_roots(&s->live[leaf->first + k].q, roots);
         for (int i = 0; i < count; i++) {
-            if (roots[i] > ray->near && roots[i] < ray->far) add_number(&s->ends, &s->end_count, &s->end_capacity, roots[i]);
+            if (roots[i] > ray->near && roots[i] < ray->far)
+                add_number(&s->ends, &s->end_count, &s->end_capacity, roots[i]);
         }
     }
     qsort(s->ends, s->end_count, sizeof *s->ends, ascending);
     for (uint32_t k = 0; k + 1 < s->end_count; k++) {
         double low = s->ends[k], high = s->ends[k + 1];
-        while (high - low > 4 * fabs(low) + 1e-9 && low < 1e15) { // a support may have no end: cut so that no part loses digits
+        while (high - low > 4 * fabs(low) + 1e-9 &&
+               low < 1e15) { // a support may have no end: cut so that no part loses digits
             double cut = low + 2 * fabs(low) + 1e-9;
             one_piece(s, ray, leaf, low, cut);
             low = cut;
@@ -366,7 +370,8 @@ static Constancy prune(const Oracle *oracle, uint32_t at, double t)
     const OracleNode *node = &oracle->nodes[at];
     Constancy c;
     if (node->kind == ORACLE_EMPTY) return ALWAYS_OUTSIDE;
-    if (node->kind == ORACLE_LEAF && !s->leaves[node->leaf].changes) return leaf_at(s, node->leaf, t) >= 0 ? ALWAYS_INSIDE : ALWAYS_OUTSIDE;
+    if (node->kind == ORACLE_LEAF && !s->leaves[node->leaf].changes)
+        return leaf_at(s, node->leaf, t) >= 0 ? ALWAYS_INSIDE : ALWAYS_OUTSIDE;
     uint32_t place = s->node_count;
     s->nodes = reserve(s->nodes, place + 1, &s->node_capacity, sizeof *s->nodes);
     s->nodes[s->node_count++] = *node;
@@ -383,8 +388,10 @@ static Constancy prune(const Oracle *oracle, uint32_t at, double t)
             if (child == strong || child == CHANGES) c = child;
         }
     }
-    if (c == CHANGES) s->nodes[place].after = s->node_count;
-    else s->node_count = place;
+    if (c == CHANGES)
+        s->nodes[place].after = s->node_count;
+    else
+        s->node_count = place;
     return c;
 }
 
@@ -420,7 +427,8 @@ static Constancy cast(const Oracle *oracle, const OracleRay *ray)
             OracleParabola q = oracle_parabola(&p->quadric, ray);
             double roots[2];
             int count = oracle_parabola_roots(&q, roots);
-            if (count == 0 && q.a + q.b + q.c <= 0 && q.c <= 0) continue; // without a root its sign is the same everywhere
+            if (count == 0 && q.a + q.b + q.c <= 0 && q.c <= 0)
+                continue; // without a root its sign is the same everywhere
             if (count == 2 && q.a < 0 && (roots[1] <= ray->near || roots[0] >= ray->far)) continue;
             s->live = reserve(s->live, s->live_count + 1, &s->live_capacity, sizeof *s->live);
             s->live[s->live_count++] = (LiveParabola){q, p->strength};
@@ -462,7 +470,11 @@ static bool inside(const OracleScratch *s, uint32_t at, double t)
 
 // -- what is there -------------------------------------------------------------------------------------------------------------
 
-typedef struct Decision { double f; uint32_t leaf; int sign; } Decision;
+typedef struct Decision {
+    double f;
+    uint32_t leaf;
+    int sign;
+} Decision;
 
 // The leaf that decides at a point, the first of equals. Values that differ by rounding alone are equal: faces that coincide are
 // decided by the order in which the scene says them.
@@ -473,9 +485,7 @@ static Decision decide(const Oracle *oracle, uint32_t at, const double point[3],
     switch (node->kind) {
     case ORACLE_LEAF: return (Decision){oracle_leaf_field(oracle, node->leaf, point, NULL), node->leaf, 1};
     case ORACLE_EMPTY: return (Decision){-ORACLE_INFINITY, UINT32_MAX, 1};
-    case ORACLE_NOT:
-        best = decide(oracle, at + 1, point, tolerance);
-        return (Decision){-best.f, best.leaf, -best.sign};
+    case ORACLE_NOT: best = decide(oracle, at + 1, point, tolerance); return (Decision){-best.f, best.leaf, -best.sign};
     default:
         best = decide(oracle, at + 1, point, tolerance);
         for (uint32_t k = oracle->nodes[at + 1].after; k < node->after; k = oracle->nodes[k].after) {
@@ -497,7 +507,8 @@ void oracle_describe(const Oracle *oracle, const OracleRay *ray, double t, bool 
     if (decision.leaf == UINT32_MAX) return;
     oracle_leaf_field(oracle, hit->leaf, hit->point, g);
     double slope = sqrt(g[0] * g[0] + g[1] * g[1] + g[2] * g[2]);
-    for (int i = 0; i < 3; i++) hit->normal[i] = slope > 0 ? (leaving ? 1 : -1) * decision.sign * g[i] / slope : -ray->direction[i];
+    for (int i = 0; i < 3; i++)
+        hit->normal[i] = slope > 0 ? (leaving ? 1 : -1) * decision.sign * g[i] / slope : -ray->direction[i];
 }
 
 // -- hits ---------------------------------------------------------------------------------------------------------------------

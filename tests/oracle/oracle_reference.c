@@ -18,7 +18,7 @@ typedef struct Folded { // a quadric in world coordinates
     double a[10], strength;
 } Folded;
 
-typedef struct Ball { // around the support of a perturbation, or a leaf
+typedef struct Ball {          // around the support of a perturbation, or a leaf
     double centre[3], radius2; // infinity where the support is not bounded
 } Ball;
 
@@ -32,8 +32,8 @@ struct OraclePlain { // lists of one ray, as long as the scene can need
     const Oracle *oracle;
     Folded *bases, *perturbations;
     Ball *base_balls, *balls; // by leaf, by perturbation
-    OracleParabola *base;    // by leaf
-    uint32_t *first, *count; // by leaf, of active
+    OracleParabola *base;     // by leaf
+    uint32_t *first, *count;  // by leaf, of active
     Active *active;
     uint32_t active_count;
     double *ends;
@@ -57,12 +57,16 @@ static void fold(const OracleQuadric *quadric, double strength, Folded *out)
                       {q[6] / 2, q[7] / 2, q[8] / 2, q[9]}};
     double sm[4][4], r[4][4];
     for (int i = 0; i < 4; i++) {
-        for (int j = 0; j < 4; j++) sm[i][j] = s[i][0] * m[j] + s[i][1] * m[4 + j] + s[i][2] * m[8 + j] + (j == 3 ? s[i][3] : 0);
+        for (int j = 0; j < 4; j++)
+            sm[i][j] = s[i][0] * m[j] + s[i][1] * m[4 + j] + s[i][2] * m[8 + j] + (j == 3 ? s[i][3] : 0);
     }
     for (int i = 0; i < 4; i++) {
-        for (int j = 0; j < 4; j++) r[i][j] = m[i] * sm[0][j] + m[4 + i] * sm[1][j] + m[8 + i] * sm[2][j] + (i == 3 ? sm[3][j] : 0);
+        for (int j = 0; j < 4; j++)
+            r[i][j] = m[i] * sm[0][j] + m[4 + i] * sm[1][j] + m[8 + i] * sm[2][j] + (i == 3 ? sm[3][j] : 0);
     }
-    *out = (Folded){{r[0][0], r[1][1], r[2][2], 2 * r[0][1], 2 * r[0][2], 2 * r[1][2], 2 * r[0][3], 2 * r[1][3], 2 * r[2][3], r[3][3]}, strength};
+    *out = (Folded){{r[0][0], r[1][1], r[2][2], 2 * r[0][1], 2 * r[0][2], 2 * r[1][2], 2 * r[0][3], 2 * r[1][3],
+                     2 * r[2][3], r[3][3]},
+                    strength};
 }
 
 static void fold_base(const Oracle *oracle, const OracleLeaf *leaf, Folded *out)
@@ -221,7 +225,8 @@ static inline OracleParabola on_ray(const double *a, const double *o, const doub
     double px = a[0] * x + a[3] * y + a[4] * z, py = a[1] * y + a[5] * z, pz = a[2] * z;
     return (OracleParabola){
         .a = (a[0] * u + a[3] * v + a[4] * w) * u + (a[1] * v + a[5] * w) * v + a[2] * w * w,
-        .b = (px + a[0] * x + a[6]) * u + (py + a[3] * x + a[1] * y + a[7]) * v + (pz + a[4] * x + a[5] * y + a[2] * z + a[8]) * w,
+        .b = (px + a[0] * x + a[6]) * u + (py + a[3] * x + a[1] * y + a[7]) * v +
+             (pz + a[4] * x + a[5] * y + a[2] * z + a[8]) * w,
         .c = (px + a[6]) * x + (py + a[7]) * y + (pz + a[8]) * z + a[9],
     };
 }
@@ -288,8 +293,10 @@ static double crossing(const OraclePlain *plain, double low, double high, bool b
 {
     for (int k = 0; k < 60 && high - low > 1e-12 * fabs(high); k++) {
         double middle = 0.5 * (low + high);
-        if ((plain_field(plain, 0, middle) < 0) == below) low = middle;
-        else high = middle;
+        if ((plain_field(plain, 0, middle) < 0) == below)
+            low = middle;
+        else
+            high = middle;
     }
     return 0.5 * (low + high);
 }
@@ -368,7 +375,8 @@ static bool search(Oracle *oracle, const OracleRay *given, int samples, double *
     // Behind the last end a support that has none may still act: go on in growing steps.
     double last = plain->end_count ? plain->ends[plain->end_count - 1] : ray.near, step = fmax(1e-3, fabs(last));
     int steps = perturbed(plain, fmin(ray.far, last + step)) ? EXTRA_ENDS : 1;
-    for (; steps && last < ray.far; steps--, step *= 4) plain->ends[plain->end_count++] = last = fmin(ray.far, last + step);
+    for (; steps && last < ray.far; steps--, step *= 4)
+        plain->ends[plain->end_count++] = last = fmin(ray.far, last + step);
     double low = ray.near;
     bool below = !plain_inside(plain, 0, low + 1e-9 * (plain->ends[0] - low));
     *leaving = !below;
@@ -408,7 +416,8 @@ static uint32_t deciding_leaf(const OraclePlain *plain, uint32_t at, double t, d
         int other_sign;
         uint32_t other = deciding_leaf(plain, k, t, &g, &other_sign);
         double tolerance = 1e-12 * fabs(t);
-        if (node->kind == ORACLE_UNION ? g > *f + tolerance : g < *f - tolerance) best = other, *f = g, *sign = other_sign;
+        if (node->kind == ORACLE_UNION ? g > *f + tolerance : g < *f - tolerance)
+            best = other, *f = g, *sign = other_sign;
     }
     return best;
 }
@@ -431,7 +440,8 @@ bool oracle_reference_hit(Oracle *oracle, const OracleRay *ray, int samples, Ora
         for (int i = 0; i < 3 && q > 0; i++) sum[i] += 3 * active[k].strength * q * q * g[i];
     }
     double slope = sqrt(sum[0] * sum[0] + sum[1] * sum[1] + sum[2] * sum[2]);
-    for (int i = 0; i < 3; i++) hit->normal[i] = slope > 0 ? (hit->leaving ? 1 : -1) * sign * sum[i] / slope : -ray->direction[i];
+    for (int i = 0; i < 3; i++)
+        hit->normal[i] = slope > 0 ? (hit->leaving ? 1 : -1) * sign * sum[i] / slope : -ray->direction[i];
     return true;
 }
 

@@ -32,8 +32,8 @@ typedef struct Partner { // a leaf of the first operand, to be added to those of
     const struct Partner *before;
 } Partner;
 
-struct Carried { // what a leaf inherits
-    const double *map;   // world to here
+struct Carried {       // what a leaf inherits
+    const double *map; // world to here
     IrId paint;
     const char *name;
     uint32_t inherited_first, inherited_count; // in Walk.inherited
@@ -164,7 +164,8 @@ double oracle_quadric_field(const double a[10], const double p[3], double gradie
         gradient[1] = 2 * a[1] * y + a[3] * x + a[5] * z + a[7];
         gradient[2] = 2 * a[2] * z + a[4] * x + a[5] * y + a[8];
     }
-    return (a[0] * x + a[3] * y + a[4] * z + a[6]) * x + (a[1] * y + a[5] * z + a[7]) * y + (a[2] * z + a[8]) * z + a[9];
+    return (a[0] * x + a[3] * y + a[4] * z + a[6]) * x + (a[1] * y + a[5] * z + a[7]) * y + (a[2] * z + a[8]) * z +
+           a[9];
 }
 
 // -- fields of the IR at a point ----------------------------------------------------------------------------------------------
@@ -252,12 +253,14 @@ double oracle_ir_field(const Oracle *oracle, IrId id, const double point[3], dou
     case OP_MORPH: {
         double t = oracle->scalars[operands[2]], g[3];
         if (t <= 0 || t >= 1) return oracle_ir_field(oracle, operands[t >= 1], point, gradient);
-        double f = oracle_ir_field(oracle, operands[0], point, gradient), h = oracle_ir_field(oracle, operands[1], point, g);
+        double f = oracle_ir_field(oracle, operands[0], point, gradient),
+               h = oracle_ir_field(oracle, operands[1], point, g);
         for (int i = 0; i < 3; i++) gradient[i] = (1 - t) * gradient[i] + t * g[i];
         return (1 - t) * f + t * h;
     }
     case OP_SHOW:
-        return oracle->scalars[operands[1]] != 0 ? oracle_ir_field(oracle, operands[0], point, gradient) : -ORACLE_INFINITY;
+        return oracle->scalars[operands[1]] != 0 ? oracle_ir_field(oracle, operands[0], point, gradient)
+                                                 : -ORACLE_INFINITY;
     default: return NAN;
     }
 }
@@ -311,8 +314,10 @@ static void place(Walk *walk, IrId id)
     for (int k = 0; k < 200 && f != 0; k++) {
         double middle = (low + high) / 2, p[3];
         for (int i = 0; i < 3; i++) p[i] = at[i] + middle * g[i] / slope;
-        if ((oracle_ir_field(oracle, operands[0], p, NULL) >= 0) == (f >= 0)) low = middle;
-        else high = middle;
+        if ((oracle_ir_field(oracle, operands[0], p, NULL) >= 0) == (f >= 0))
+            low = middle;
+        else
+            high = middle;
     }
     double on[3], normal[3];
     for (int i = 0; i < 3; i++) on[i] = at[i] + high * g[i] / slope;
@@ -341,8 +346,10 @@ static void surface(Walk *walk, IrId id)
     for (int k = 0; k < 100; k++) {
         double middle = (low + high) / 2;
         for (int i = 0; i < 3; i++) p[i] = from[i] + middle * way[i];
-        if ((oracle_ir_field(oracle, operands[0], p, NULL) >= 0) == inside) low = middle;
-        else high = middle;
+        if ((oracle_ir_field(oracle, operands[0], p, NULL) >= 0) == inside)
+            low = middle;
+        else
+            high = middle;
     }
     oracle_ir_field(oracle, operands[0], p, normal);
     for (int i = 0; i < 3; i++) normal[i] = -normal[i];
@@ -491,8 +498,8 @@ static OracleBase *add_base(Oracle *oracle)
 
 static OraclePerturbation *add_perturbation(Oracle *oracle)
 {
-    oracle->perturbations =
-        grow(oracle->perturbations, oracle->perturbation_count, &oracle->perturbation_capacity, sizeof *oracle->perturbations);
+    oracle->perturbations = grow(oracle->perturbations, oracle->perturbation_count, &oracle->perturbation_capacity,
+                                 sizeof *oracle->perturbations);
     return &oracle->perturbations[oracle->perturbation_count++];
 }
 
@@ -501,7 +508,8 @@ static Partner read_leaf(Walk *walk, IrId id, const Carried *carried)
 {
     static const double plain[11] = {0.8, 0.8, 0.8, 0.1, 0.8, 0.2, 30, 0, 0, 1.5, 0}; // what nobody painted
     Oracle *oracle = walk->oracle;
-    Partner leaf = {oracle->base_count, 1, oracle->perturbation_count, carried->inherited_count, {0}, carried->name, carried->partner};
+    Partner leaf = {oracle->base_count, 1, oracle->perturbation_count, carried->inherited_count, {0}, carried->name,
+                    carried->partner};
     OracleBase *base = add_base(oracle);
     read_quadric(walk, id, carried->map, &base->quadric);
     base->weight = carried->weight * carried->sign;
@@ -512,7 +520,8 @@ static Partner read_leaf(Walk *walk, IrId id, const Carried *carried)
         p->strength *= carried->weight;
     }
     for (uint32_t k = 0; k < 11; k++) {
-        leaf.material[k] = carried->weight * (carried->paint ? oracle->scalars[ir_operand(oracle->ir, carried->paint, k)] : plain[k]);
+        leaf.material[k] =
+            carried->weight * (carried->paint ? oracle->scalars[ir_operand(oracle->ir, carried->paint, k)] : plain[k]);
     }
     return leaf;
 }
@@ -588,7 +597,8 @@ static void walk_deformed(Walk *walk, IrId id, Carried carried)
     const Ir *ir = walk->oracle->ir;
     uint32_t first = walk->inherited_count, count = ir_at(ir, id)->count;
     for (uint32_t k = 0; k < carried.inherited_count + count - 1; k++) {
-        walk->inherited = grow(walk->inherited, walk->inherited_count, &walk->inherited_capacity, sizeof *walk->inherited);
+        walk->inherited =
+            grow(walk->inherited, walk->inherited_count, &walk->inherited_capacity, sizeof *walk->inherited);
         OraclePerturbation *p = &walk->inherited[walk->inherited_count++];
         if (k < carried.inherited_count) {
             *p = walk->inherited[carried.inherited_first + k];
@@ -696,7 +706,8 @@ static void find_guards(Oracle *oracle, uint32_t at, const uint32_t *above, uint
     }
     for (uint32_t k = at + 1; node->kind == ORACLE_INTERSECT && k < node->after; k = oracle->nodes[k].after) {
         const OracleNode *child = &oracle->nodes[k];
-        bool plain = child->kind == ORACLE_LEAF && !oracle->leaves[child->leaf].field_count && !oracle->leaves[child->leaf].count;
+        bool plain = child->kind == ORACLE_LEAF && !oracle->leaves[child->leaf].field_count &&
+                     !oracle->leaves[child->leaf].count;
         if (plain && count < 4) guards[count++] = child->leaf;
     }
     for (uint32_t k = at + 1; k < node->after; k = oracle->nodes[k].after) find_guards(oracle, k, guards, count);
@@ -713,7 +724,8 @@ static void read_scene(Walk *walk)
     oracle->light_count = ir->light_count;
     for (uint32_t i = 0; i < ir->light_count; i++) {
         oracle->lights[i].kind = (int)ir_at(ir, ir->lights[i])->index;
-        for (int k = 0; k < 14; k++) oracle->lights[i].v[k] = oracle->scalars[ir_operand(ir, ir->lights[i], (uint32_t)k)];
+        for (int k = 0; k < 14; k++)
+            oracle->lights[i].v[k] = oracle->scalars[ir_operand(ir, ir->lights[i], (uint32_t)k)];
     }
 }
 

@@ -43,8 +43,8 @@ OracleRay oracle_camera_ray(const Oracle *oracle, double x, double y, double wid
     return ray;
 }
 
-bool oracle_light_ray(const Oracle *oracle, const OracleLight *light, const double point[3], const double normal[3], double bias,
-                      OracleRay *ray)
+bool oracle_light_ray(const Oracle *oracle, const OracleLight *light, const double point[3], const double normal[3],
+                      double bias, OracleRay *ray)
 {
     ray->near = 0;
     ray->far = ORACLE_INFINITY;
@@ -65,10 +65,12 @@ double oracle_light_part(const OracleLight *light, const double point[3])
         way[i] = point[i] - light->v[3 + i];
         axis[i] = light->v[i];
     }
-    double distance = normalise(way), fade = light->v[12] > 0 ? distance / light->v[12] : 0, part = 1 / (1 + fade * fade);
+    double distance = normalise(way), fade = light->v[12] > 0 ? distance / light->v[12] : 0,
+           part = 1 / (1 + fade * fade);
     if (light->kind != LIGHT_SPOT) return part;
     normalise(axis);
-    double c = dot(way, axis), full = cos(fmin(light->v[9] / 2, acos(-1.0))), rim = cos(fmin(light->v[9] / 2 + light->v[10], acos(-1.0)));
+    double c = dot(way, axis), full = cos(fmin(light->v[9] / 2, acos(-1.0))),
+           rim = cos(fmin(light->v[9] / 2 + light->v[10], acos(-1.0)));
     double s = c <= rim ? 0 : c >= full ? 1 : (c - rim) / (full - rim);
     return part * s * s * (3 - 2 * s);
 }
@@ -84,7 +86,9 @@ void oracle_shade(Oracle *oracle, const OracleRay *ray, const OracleHit *hit, in
         OracleRay to_light;
         if (!oracle_light_ray(oracle, light, hit->point, normal, bias, &to_light)) continue;
         bool shadow = light->v[13] != 0;
-        if (shadow && (samples ? oracle_reference_blocked(oracle, &to_light, samples) : oracle_blocked(oracle, &to_light))) continue;
+        if (shadow &&
+            (samples ? oracle_reference_blocked(oracle, &to_light, samples) : oracle_blocked(oracle, &to_light)))
+            continue;
         double lit = dot(normal, to_light.direction), mirrored = 0;
         for (int i = 0; i < 3; i++) mirrored -= (2 * lit * normal[i] - to_light.direction[i]) * ray->direction[i];
         double part = oracle_light_part(light, hit->point);

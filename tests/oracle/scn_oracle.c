@@ -37,20 +37,30 @@ static bool read_options(int argc, char **argv, Options *o)
             continue;
         }
         k++;
-        if (!strcmp(argv[k - 1], "-o")) o->picture = value;
-        else if (!strcmp(argv[k - 1], "--size")) sscanf(value, "%dx%d", &o->width, &o->height);
-        else if (!strcmp(argv[k - 1], "--stride")) o->stride = atoi(value);
-        else if (!strcmp(argv[k - 1], "--samples")) o->samples = atoi(value);
-        else if (!strcmp(argv[k - 1], "--time")) o->time = atof(value);
-        else if (!strcmp(argv[k - 1], "--bias")) o->bias = atof(value);
-        else return false;
+        if (!strcmp(argv[k - 1], "-o"))
+            o->picture = value;
+        else if (!strcmp(argv[k - 1], "--size"))
+            sscanf(value, "%dx%d", &o->width, &o->height);
+        else if (!strcmp(argv[k - 1], "--stride"))
+            o->stride = atoi(value);
+        else if (!strcmp(argv[k - 1], "--samples"))
+            o->samples = atoi(value);
+        else if (!strcmp(argv[k - 1], "--time"))
+            o->time = atof(value);
+        else if (!strcmp(argv[k - 1], "--bias"))
+            o->bias = atof(value);
+        else
+            return false;
     }
     return o->scene && o->width > 0 && o->height > 0 && o->stride > 0 && o->samples >= 0;
 }
 
 static bool write_png(const char *path, const float *rgb, int width, int height)
 {
-    png_image image = {.version = PNG_IMAGE_VERSION, .width = (png_uint_32)width, .height = (png_uint_32)height, .format = PNG_FORMAT_RGB};
+    png_image image = {.version = PNG_IMAGE_VERSION,
+                       .width = (png_uint_32)width,
+                       .height = (png_uint_32)height,
+                       .format = PNG_FORMAT_RGB};
     size_t count = (size_t)width * (size_t)height * 3;
     png_bytep pixels = malloc(count);
     if (!pixels) abort();
@@ -70,7 +80,8 @@ int main(int argc, char **argv)
     OracleSource source;
     char why[ORACLE_ERROR] = "";
     if (!read_options(argc, argv, &o)) {
-        fprintf(stderr, "usage: scn-oracle SCENE [--size WxH] [--stride N] [--time SECONDS] [--samples N] [--bias LENGTH] [-o PICTURE.png]\n");
+        fprintf(stderr, "usage: scn-oracle SCENE [--size WxH] [--stride N] [--time SECONDS] [--samples N] [--bias "
+                        "LENGTH] [-o PICTURE.png]\n");
         return 2;
     }
     if (!oracle_load(&source, o.scene, NULL, 0)) return 1;
@@ -80,14 +91,15 @@ int main(int argc, char **argv)
         return 1;
     }
     oracle->bound[3] = source.bound;
-    int columns = (o.width - o.stride / 2 + o.stride - 1) / o.stride, rows = (o.height - o.stride / 2 + o.stride - 1) / o.stride;
+    int columns = (o.width - o.stride / 2 + o.stride - 1) / o.stride,
+        rows = (o.height - o.stride / 2 + o.stride - 1) / o.stride;
     float *rgb = malloc(sizeof *rgb * 3 * (size_t)columns * (size_t)rows);
     if (!rgb) abort();
     double begin = cpu_ms();
     oracle_render(oracle, o.width, o.height, o.stride, o.samples, o.bias, rgb);
     double spent = cpu_ms() - begin;
-    printf("{\"scene\": \"%s\", \"samples\": %d, \"rays\": %d, \"cpu_ms\": %.3f, \"frame_cpu_ms\": %.3f}\n", o.scene, o.samples, columns * rows, spent,
-           spent * ((double)o.width * o.height) / ((double)columns * rows));
+    printf("{\"scene\": \"%s\", \"samples\": %d, \"rays\": %d, \"cpu_ms\": %.3f, \"frame_cpu_ms\": %.3f}\n", o.scene,
+           o.samples, columns * rows, spent, spent * ((double)o.width * o.height) / ((double)columns * rows));
     int status = 0;
     if (o.picture && !write_png(o.picture, rgb, columns, rows)) {
         fprintf(stderr, "%s cannot be written\n", o.picture);

@@ -113,8 +113,10 @@ static bool at_edge(const Comparison *c, const Answer around[NEIGHBOURS], const 
 static void report(Comparison *c, const char *what, int x, int y, const Answer *true_answer, bool hit, double t)
 {
     if (c->options->verbose || !c->reported) {
-        printf("  %s at pixel %d %d: oracle %s %.9g (leaf %u of %s), device %s %.9g\n", what, x, y, true_answer->hit ? "hits" : "misses", true_answer->hit ? true_answer->at.t : 0,
-               true_answer->hit ? true_answer->at.leaf : 0, true_answer->hit ? c->oracle->leaves[true_answer->at.leaf].object : "-", hit ? "hits" : "misses", t);
+        printf("  %s at pixel %d %d: oracle %s %.9g (leaf %u of %s), device %s %.9g\n", what, x, y,
+               true_answer->hit ? "hits" : "misses", true_answer->hit ? true_answer->at.t : 0,
+               true_answer->hit ? true_answer->at.leaf : 0,
+               true_answer->hit ? c->oracle->leaves[true_answer->at.leaf].object : "-", hit ? "hits" : "misses", t);
     }
     c->reported = true;
 }
@@ -139,7 +141,8 @@ static double dot(const double a[3], const double b[3])
 
 // What one light adds at a hit, in full light, and whether it is seen from there: 0 no, 1 yes, 2 that depends on how far from the surface one begins, or
 // on which ray of the neighbourhood one takes.
-static int light_part(const Comparison *c, uint32_t k, const OracleRay *ray, const OracleHit *hit, const Answer around[NEIGHBOURS], double part[3])
+static int light_part(const Comparison *c, uint32_t k, const OracleRay *ray, const OracleHit *hit,
+                      const Answer around[NEIGHBOURS], double part[3])
 {
     const OracleLight *light = &c->oracle->lights[k];
     const double *m = c->oracle->leaves[hit->leaf].material;
@@ -152,8 +155,10 @@ static int light_part(const Comparison *c, uint32_t k, const OracleRay *ray, con
             if (n >= 0 && b) continue;
             bool facing = oracle_light_ray(c->oracle, light, at->point, at->normal, c->bias * pow(4, b), &to_light);
             bool shadows = light->v[13] != 0;
-            if (!facing || (shadows && oracle_blocked(c->oracle, &to_light))) hidden = true;
-            else seen = true;
+            if (!facing || (shadows && oracle_blocked(c->oracle, &to_light)))
+                hidden = true;
+            else
+                seen = true;
         }
     }
     oracle_light_ray(c->oracle, light, hit->point, hit->normal, c->bias, &to_light);
@@ -207,7 +212,8 @@ static void compare_color(Comparison *c, int x, int y, const OracleRay *ray, con
     c->tally->color++;
     if (!c->options->verbose && c->reported) return;
     oracle_shade(c->oracle, ray, &here->at, 0, c->bias, color);
-    printf("  colour at pixel %d %d: oracle %.3f %.3f %.3f, device %.3f %.3f %.3f\n", x, y, color[0], color[1], color[2], got[0], got[1], got[2]);
+    printf("  colour at pixel %d %d: oracle %.3f %.3f %.3f, device %.3f %.3f %.3f\n", x, y, color[0], color[1],
+           color[2], got[0], got[1], got[2]);
     c->reported = true;
 }
 
@@ -243,7 +249,8 @@ static void compare_surface(Comparison *c, int x, int y, const OracleRay *ray, c
         if (!(off <= 1e-4)) *(normal_known ? &c->tally->edge_normal : &c->tally->normal) += 1;
         if (other_object) *(object_known ? &c->tally->edge_object : &c->tally->object) += 1;
         if ((!normal_known || !object_known) && (c->options->verbose || !c->reported)) {
-            printf("  surface at pixel %d %d: oracle normal %.4f %.4f %.4f of '%s', device %.4f %.4f %.4f of '%s'\n", x, y, here->at.normal[0], here->at.normal[1], here->at.normal[2],
+            printf("  surface at pixel %d %d: oracle normal %.4f %.4f %.4f of '%s', device %.4f %.4f %.4f of '%s'\n", x,
+                   y, here->at.normal[0], here->at.normal[1], here->at.normal[2],
                    c->oracle->leaves[here->at.leaf].object, n[0], n[1], n[2], name ? name : "?");
             c->reported = true;
         }
@@ -257,7 +264,8 @@ static void compare_ray(Comparison *c, int x, int y)
     size_t pixel = (size_t)y * (size_t)c->options->size + (size_t)x;
     OracleRay ray = oracle_camera_ray(c->oracle, x + 0.5, y + 0.5, c->options->size, c->options->size);
     double forward[3], length = 0, depth = c->picture.depth[pixel];
-    for (int i = 0; i < 3; i++) forward[i] = c->oracle->camera[3 + i] - c->oracle->camera[i], length += forward[i] * forward[i];
+    for (int i = 0; i < 3; i++)
+        forward[i] = c->oracle->camera[3 + i] - c->oracle->camera[i], length += forward[i] * forward[i];
     double t = depth / (dot(forward, ray.direction) / sqrt(length));
     bool hit = isfinite(depth);
     Answer here;
@@ -300,9 +308,15 @@ static bool render(Comparison *c, const char *path)
     const Options *o = c->options;
     ScnSceneDesc desc = {.path = path, .bytes = c->scene->text, .size = strlen(c->scene->text), .lanes = o->lanes};
     c->device = scn_load(&desc);
-    ScnFrameDesc frame = {.width = o->size, .height = o->size, .color = c->picture.color, .depth = c->picture.depth, .normal = c->picture.normal, .id = c->picture.id};
+    ScnFrameDesc frame = {.width = o->size,
+                          .height = o->size,
+                          .color = c->picture.color,
+                          .depth = c->picture.depth,
+                          .normal = c->picture.normal,
+                          .id = c->picture.id};
     if (c->device && scn_status(c->device) == SCN_OK && scn_render(c->device, &frame) == SCN_OK) return true;
-    printf("  %s\n%s", c->device ? scn_error(c->device) : "no memory", c->device ? scn_diagnostics_text(c->device, false) : "");
+    printf("  %s\n%s", c->device ? scn_error(c->device) : "no memory",
+           c->device ? scn_diagnostics_text(c->device, false) : "");
     return false;
 }
 
@@ -320,7 +334,8 @@ static bool compare_scene(const Options *o, const char *path, RandomScene *scene
     OracleSource source;
     char why[ORACLE_ERROR] = "it has errors";
     Comparison c = {.options = o, .scene = scene, .picture = picture, .tally = tally};
-    long wrong = tally->missed + tally->invented + tally->misplaced, soft = tally->normal + tally->object + tally->color;
+    long wrong = tally->missed + tally->invented + tally->misplaced,
+         soft = tally->normal + tally->object + tally->color;
     bool good = oracle_load(&source, path, scene->text, strlen(scene->text));
     if (good) c.oracle = oracle_new(source.ir, &(OracleFrame){0}, why);
     if (!c.oracle) printf("  the oracle cannot read it: %s\n", why);
@@ -356,9 +371,11 @@ static double quantile(Tally *t, double share)
 
 static void join(Tally *all, const Tally *t)
 {
-    all->rays += t->rays, all->hits += t->hits, all->missed += t->missed, all->invented += t->invented, all->misplaced += t->misplaced;
+    all->rays += t->rays, all->hits += t->hits, all->missed += t->missed, all->invented += t->invented,
+        all->misplaced += t->misplaced;
     all->normal += t->normal, all->object += t->object, all->color += t->color;
-    all->edge_hit += t->edge_hit, all->edge_normal += t->edge_normal, all->edge_object += t->edge_object, all->edge_color += t->edge_color;
+    all->edge_hit += t->edge_hit, all->edge_normal += t->edge_normal, all->edge_object += t->edge_object,
+        all->edge_color += t->edge_color;
     for (size_t k = 0; k < t->error_count; k++) add_error(all, t->errors[k]);
 }
 
@@ -368,11 +385,14 @@ static bool print_tally(const char *name, Tally *t)
     double median = quantile(t, 0.5), most = quantile(t, 0.9999);
     long soft = t->normal + t->object + t->color;
     bool good = !t->missed && !t->invented && median <= 1e-6 && most <= 1e-4 && (double)soft <= 1e-3 * (double)t->rays;
-    printf("%-12s %9ld rays %8ld hits | missed %ld invented %ld misplaced %ld | |dt| median %.1e, 99.99 %% %.1e, worst %.1e | normal %ld object %ld colour %ld | edges: hit %.4f %% "
+    printf("%-12s %9ld rays %8ld hits | missed %ld invented %ld misplaced %ld | |dt| median %.1e, 99.99 %% %.1e, worst "
+           "%.1e | normal %ld object %ld colour %ld | edges: hit %.4f %% "
            "normal %.4f %% object %.4f %% colour %.4f %%%s\n",
-           name, t->rays, t->hits, t->missed, t->invented, t->misplaced, median, most, t->worst, t->normal, t->object, t->color, 100.0 * (double)t->edge_hit / (double)(t->rays + !t->rays),
-           100.0 * (double)t->edge_normal / (double)(t->rays + !t->rays), 100.0 * (double)t->edge_object / (double)(t->rays + !t->rays), 100.0 * (double)t->edge_color / (double)(t->rays + !t->rays),
-           good ? "" : "  WRONG");
+           name, t->rays, t->hits, t->missed, t->invented, t->misplaced, median, most, t->worst, t->normal, t->object,
+           t->color, 100.0 * (double)t->edge_hit / (double)(t->rays + !t->rays),
+           100.0 * (double)t->edge_normal / (double)(t->rays + !t->rays),
+           100.0 * (double)t->edge_object / (double)(t->rays + !t->rays),
+           100.0 * (double)t->edge_color / (double)(t->rays + !t->rays), good ? "" : "  WRONG");
     fflush(stdout);
     return good;
 }
@@ -405,8 +425,10 @@ static bool compare_files(const Options *o, Picture picture, Tally *all)
         size_t length;
         RandomScene scene = {.text = source_read(&arena, o->files[k], &length)};
         Tally tally = {0};
-        if (scene.text) good &= compare_scene(o, o->files[k], &scene, picture, &tally);
-        else perror(o->files[k]), good = false;
+        if (scene.text)
+            good &= compare_scene(o, o->files[k], &scene, picture, &tally);
+        else
+            perror(o->files[k]), good = false;
         const char *slash = strrchr(o->files[k], '/');
         good &= print_tally(slash ? slash + 1 : o->files[k], &tally);
         join(all, &tally);
@@ -427,13 +449,20 @@ static bool read_options(int argc, char **argv, Options *o)
         }
         if (k + 1 == argc) return false;
         const char *value = argv[++k];
-        if (!strcmp(argv[k - 1], "--scenes")) o->scenes = atoi(value);
-        else if (!strcmp(argv[k - 1], "--size")) o->size = atoi(value);
-        else if (!strcmp(argv[k - 1], "--first")) o->first = strtoull(value, NULL, 10);
-        else if (!strcmp(argv[k - 1], "--class")) o->only = value;
-        else if (!strcmp(argv[k - 1], "--lanes")) o->lanes = atoi(value);
-        else if (!strcmp(argv[k - 1], "--keep")) o->keep = value;
-        else return false;
+        if (!strcmp(argv[k - 1], "--scenes"))
+            o->scenes = atoi(value);
+        else if (!strcmp(argv[k - 1], "--size"))
+            o->size = atoi(value);
+        else if (!strcmp(argv[k - 1], "--first"))
+            o->first = strtoull(value, NULL, 10);
+        else if (!strcmp(argv[k - 1], "--class"))
+            o->only = value;
+        else if (!strcmp(argv[k - 1], "--lanes"))
+            o->lanes = atoi(value);
+        else if (!strcmp(argv[k - 1], "--keep"))
+            o->keep = value;
+        else
+            return false;
     }
     o->files = argv + k;
     o->file_count = argc - k;
@@ -444,11 +473,13 @@ int main(int argc, char **argv)
 {
     Options o;
     if (!read_options(argc, argv, &o)) {
-        fprintf(stderr, "usage: scn-property [--scenes N] [--size N] [--first SEED] [--class NAME] [--lanes 1|16] [--keep FOLDER] [--verbose] [SCENE.scn ...]\n");
+        fprintf(stderr, "usage: scn-property [--scenes N] [--size N] [--first SEED] [--class NAME] [--lanes 1|16] "
+                        "[--keep FOLDER] [--verbose] [SCENE.scn ...]\n");
         return 2;
     }
     size_t pixels = (size_t)o.size * (size_t)o.size;
-    Picture picture = {calloc(pixels * 4, sizeof(float)), calloc(pixels, sizeof(float)), calloc(pixels * 3, sizeof(float)), calloc(pixels, sizeof(uint32_t))};
+    Picture picture = {calloc(pixels * 4, sizeof(float)), calloc(pixels, sizeof(float)),
+                       calloc(pixels * 3, sizeof(float)), calloc(pixels, sizeof(uint32_t))};
     if (!picture.color || !picture.depth || !picture.normal || !picture.id) abort();
     Tally all = {0};
     bool good = o.file_count ? compare_files(&o, picture, &all) : compare_classes(&o, picture, &all);

@@ -7,8 +7,9 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-const char *const scene_class_names[SCENE_CLASSES] = {"quadrics", "degenerate", "freeform", "bases", "sets",
-                                                      "free sets", "eye inside", "families", "faces", "lights", "morphs", "fields"};
+const char *const scene_class_names[SCENE_CLASSES] = {"quadrics", "degenerate", "freeform",   "bases",
+                                                      "sets",     "free sets",  "eye inside", "families",
+                                                      "faces",    "lights",     "morphs",     "fields"};
 
 typedef struct Maker {
     FILE *out;
@@ -49,8 +50,12 @@ static void direction(Maker *m, double out[3])
 
 static void turn(Maker *m)
 {
-    if (below(m, 4)) fprintf(m->out, ".rotate(x: %.9gdeg, y: %.9gdeg, z: %.9gdeg)", any(m, -180, 180), any(m, -180, 180), any(m, -180, 180));
-    else fprintf(m->out, ".rotate(axis: (%.9g, %.9g, 1), angle: %.9gdeg)", any(m, -1, 1), any(m, -1, 1), any(m, -180, 180));
+    if (below(m, 4))
+        fprintf(m->out, ".rotate(x: %.9gdeg, y: %.9gdeg, z: %.9gdeg)", any(m, -180, 180), any(m, -180, 180),
+                any(m, -180, 180));
+    else
+        fprintf(m->out, ".rotate(axis: (%.9g, %.9g, 1), angle: %.9gdeg)", any(m, -1, 1), any(m, -1, 1),
+                any(m, -180, 180));
 }
 
 static void transform(Maker *m, double reach)
@@ -59,10 +64,12 @@ static void transform(Maker *m, double reach)
     if (!below(m, 5)) fprintf(m->out, ".shear(xy: %.9g, zx: %.9g)", any(m, -0.5, 0.5), any(m, -0.5, 0.5));
     if (below(m, 4)) turn(m);
     if (!below(m, 6)) {
-        fprintf(m->out, ".matrix([%.9g, %.9g, 0, 0,  0, %.9g, %.9g, 0,  %.9g, 0, %.9g, 0])", any(m, 0.7, 1.3), any(m, -0.3, 0.3), any(m, 0.7, 1.3),
-                any(m, -0.3, 0.3), any(m, -0.3, 0.3), any(m, -1.3, -0.7));
+        fprintf(m->out, ".matrix([%.9g, %.9g, 0, 0,  0, %.9g, %.9g, 0,  %.9g, 0, %.9g, 0])", any(m, 0.7, 1.3),
+                any(m, -0.3, 0.3), any(m, 0.7, 1.3), any(m, -0.3, 0.3), any(m, -0.3, 0.3), any(m, -1.3, -0.7));
     }
-    if (below(m, 4)) fprintf(m->out, ".move(%.9g, %.9g, %.9g)", length(m, -reach, reach), length(m, -reach, reach), length(m, -reach, reach));
+    if (below(m, 4))
+        fprintf(m->out, ".move(%.9g, %.9g, %.9g)", length(m, -reach, reach), length(m, -reach, reach),
+                length(m, -reach, reach));
 }
 
 static void ball(Maker *m, double low, double high)
@@ -89,7 +96,10 @@ static void unbounded(Maker *m)
     case 3: fprintf(m->out, "hyperboloid1(radius: %.9g, slope: %.9g)", length(m, 0.1, 0.6), any(m, 0.2, 1)); return;
     case 4: fprintf(m->out, "hyperboloid2(gap: %.9g, slope: %.9g)", length(m, 0.1, 0.6), any(m, 0.3, 1)); return;
     case 5: fprintf(m->out, "saddle(%.9g, %.9g)", sqrt(s) * any(m, 0.5, 1.5), sqrt(s) * any(m, 0.5, 1.5)); return;
-    case 6: fprintf(m->out, "halfspace(normal: (%.9g, 1, %.9g), at: (0, %.9g, 0))", any(m, -1, 1), any(m, -1, 1), length(m, -0.6, 0.6)); return;
+    case 6:
+        fprintf(m->out, "halfspace(normal: (%.9g, 1, %.9g), at: (0, %.9g, 0))", any(m, -1, 1), any(m, -1, 1),
+                length(m, -0.6, 0.6));
+        return;
     case 7: {
         double a = length(m, -0.8, 0.4);
         fprintf(m->out, "slab(z: %.9g .. %.9g)", a, a + length(m, 0.02, 0.8));
@@ -107,11 +117,16 @@ static void bounded(Maker *m)
 {
     switch (below(m, 6)) {
     case 0: ball(m, 0.3, 1); return;
-    case 1: fprintf(m->out, "ellipsoid(%.9g, %.9g, %.9g)", length(m, 0.2, 1), length(m, 0.2, 1), length(m, 0.2, 1)); return;
+    case 1:
+        fprintf(m->out, "ellipsoid(%.9g, %.9g, %.9g)", length(m, 0.2, 1), length(m, 0.2, 1), length(m, 0.2, 1));
+        return;
     case 2: fprintf(m->out, "cylinder(radius: %.9g, height: %.9g)", length(m, 0.1, 0.7), length(m, 0.1, 1.5)); return;
     case 3: fprintf(m->out, "cone(radius: %.9g, height: %.9g)", length(m, 0.1, 0.8), length(m, 0.3, 1.5)); return;
-    case 4: fprintf(m->out, "box(%.9g, %.9g, %.9g)", length(m, 0.2, 1.2), length(m, 0.2, 1.2), length(m, 0.2, 1.2)); return;
-    default: fprintf(m->out, "paraboloid(radius: %.9g, height: %.9g)", sqrt(m->size) * any(m, 0.4, 1), length(m, 0.3, 1.2));
+    case 4:
+        fprintf(m->out, "box(%.9g, %.9g, %.9g)", length(m, 0.2, 1.2), length(m, 0.2, 1.2), length(m, 0.2, 1.2));
+        return;
+    default:
+        fprintf(m->out, "paraboloid(radius: %.9g, height: %.9g)", sqrt(m->size) * any(m, 0.4, 1), length(m, 0.3, 1.2));
     }
 }
 
@@ -136,17 +151,17 @@ static void quadric(Maker *m)
 static void degenerate(Maker *m)
 {
     static const double shapes[][10] = {
-        {-1, 0, 0, 0, 0, 0, 0, 0, 0, 0.2},     // slab
-        {0, 0, 0, 1, 0, 0, 0, 0, 0, 0},        // two crossing planes
-        {1, -1, 0, 0, 0, 0, 0, 0, 0, 0},       // the same, turned
-        {-1, -4, 0, 0, 0, 0, 0, 0, 0, 0.3},    // elliptic cylinder
-        {1, -1, 0, 0, 0, 0, 0, 0, 0, -0.1},    // hyperbolic cylinder
-        {-1, 0, 0, 0, 0, 0, 0, 1, 0, 0},       // parabolic cylinder
-        {-1, -1, 1, 0, 0, 0, 0, 0, 0, 0},      // cone
-        {0, 0, 0, 0, 0, 0, 1, 2, -1, 0.1},     // half-space
-        {1, 1, 0, 0, 0, 0, 0, 0, 0, -0.1},     // outside of a cylinder
+        {-1, 0, 0, 0, 0, 0, 0, 0, 0, 0.2},      // slab
+        {0, 0, 0, 1, 0, 0, 0, 0, 0, 0},         // two crossing planes
+        {1, -1, 0, 0, 0, 0, 0, 0, 0, 0},        // the same, turned
+        {-1, -4, 0, 0, 0, 0, 0, 0, 0, 0.3},     // elliptic cylinder
+        {1, -1, 0, 0, 0, 0, 0, 0, 0, -0.1},     // hyperbolic cylinder
+        {-1, 0, 0, 0, 0, 0, 0, 1, 0, 0},        // parabolic cylinder
+        {-1, -1, 1, 0, 0, 0, 0, 0, 0, 0},       // cone
+        {0, 0, 0, 0, 0, 0, 1, 2, -1, 0.1},      // half-space
+        {1, 1, 0, 0, 0, 0, 0, 0, 0, -0.1},      // outside of a cylinder
         {-1, -1, -1e-7, 0, 0, 0, 0, 0, 0, 0.3}, // almost a cylinder
-        {-1, 0, 0, 0, 0, 0, 0, 0, 0, 1e-4},    // a thin slab
+        {-1, 0, 0, 0, 0, 0, 0, 0, 0, 1e-4},     // a thin slab
     };
     fprintf(m->out, "(");
     coefficients(m, shapes[below(m, (int)(sizeof shapes / sizeof *shapes))]);
@@ -190,8 +205,10 @@ static void perturbations(Maker *m, int count, double around, double radius)
 static void freeform(Maker *m, int count)
 {
     fprintf(m->out, "freeform(");
-    if (below(m, 2)) fprintf(m->out, "sphere(%.9g)", 0.9 * m->size);
-    else fprintf(m->out, "ellipsoid(%.9g, %.9g, %.9g)", length(m, 0.5, 1), length(m, 0.5, 1), length(m, 0.5, 1));
+    if (below(m, 2))
+        fprintf(m->out, "sphere(%.9g)", 0.9 * m->size);
+    else
+        fprintf(m->out, "ellipsoid(%.9g, %.9g, %.9g)", length(m, 0.5, 1), length(m, 0.5, 1), length(m, 0.5, 1));
     fprintf(m->out, ")");
     perturbations(m, count, 0.85, 1.4 / sqrt(count + 3));
     if (!below(m, 3)) transform(m, 0.1);
@@ -239,8 +256,10 @@ static void lump(Maker *m)
 
 static void free_or_plain(Maker *m)
 {
-    if (below(m, 2)) lump(m);
-    else quadric(m);
+    if (below(m, 2))
+        lump(m);
+    else
+        quadric(m);
 }
 
 static void free_sets(Maker *m)
@@ -266,8 +285,8 @@ static void family(Maker *m)
     for (int k = 0; k < count; k++) {
         double p[3], away = cbrt(any(m, 0.2, 1));
         direction(m, p);
-        fprintf(m->out, "    %s(%.9g).move(%.9g, %.9g, %.9g);\n", below(m, 4) ? "sphere" : "box", length(m, 0.03, 0.15), m->size * p[0] * away, m->size * p[1] * away,
-                m->size * p[2] * away);
+        fprintf(m->out, "    %s(%.9g).move(%.9g, %.9g, %.9g);\n", below(m, 4) ? "sphere" : "box", length(m, 0.03, 0.15),
+                m->size * p[0] * away, m->size * p[1] * away, m->size * p[2] * away);
     }
     fprintf(m->out, "}");
 }
@@ -275,11 +294,15 @@ static void family(Maker *m)
 // What is morphed: at rest or turning, bare or painted, now and then cut or hidden.
 static void morphed(Maker *m, int depth)
 {
-    if (below(m, 4)) free_or_plain(m);
-    else set(m, depth, free_or_plain);
+    if (below(m, 4))
+        free_or_plain(m);
+    else
+        set(m, depth, free_or_plain);
     if (!below(m, 3)) fprintf(m->out, ".rotate(y: %.9gdeg + time * 10deg / 1s)", any(m, 0, 360));
     if (!below(m, 3)) fprintf(m->out, ".paint((%.3f, %.3f, %.3f))", any(m, 0.3, 1), any(m, 0.3, 1), any(m, 0.3, 1));
-    if (!below(m, 8)) fprintf(m->out, " - sphere(%.9g).move(%.9g, 0, 0).show(when: time < 1s * %d)", length(m, 0.2, 0.6), length(m, 0.2, 0.6), below(m, 2));
+    if (!below(m, 8))
+        fprintf(m->out, " - sphere(%.9g).move(%.9g, 0, 0).show(when: time < 1s * %d)", length(m, 0.2, 0.6),
+                length(m, 0.2, 0.6), below(m, 2));
 }
 
 static void morph(Maker *m)
@@ -316,9 +339,10 @@ static void faces(Maker *m)
     int count = 3 + below(m, 5);
     fprintf(m->out, "union {\n");
     for (int k = 0; k < count; k++) {
-        fprintf(m->out, "    box(%.9g, %.9g, %.9g).move(%.9g, %.9g, %.9g)", s * (1 + below(m, 2)), s * (1 + below(m, 2)), s, s * below(m, 3) - s, s * below(m, 3) - s,
-                s * below(m, 3) - s);
-        if (!below(m, 3)) fprintf(m->out, " - box(%.9g, %.9g, %.9g).move(%.9g, 0, %.9g)", s, s, s, s * below(m, 2), s * below(m, 2));
+        fprintf(m->out, "    box(%.9g, %.9g, %.9g).move(%.9g, %.9g, %.9g)", s * (1 + below(m, 2)),
+                s * (1 + below(m, 2)), s, s * below(m, 3) - s, s * below(m, 3) - s, s * below(m, 3) - s);
+        if (!below(m, 3))
+            fprintf(m->out, " - box(%.9g, %.9g, %.9g).move(%.9g, 0, %.9g)", s, s, s, s * below(m, 2), s * below(m, 2));
         fprintf(m->out, ";\n");
     }
     fprintf(m->out, "    sphere(%.9g); sphere(%.9g);\n}", s, s);
@@ -335,8 +359,9 @@ static void coordinate(Maker *m)
 // A number that depends on the point, smooth for the most part, of about 1 within the size.
 static void expression(Maker *m, int depth)
 {
-    static const char *const around[][2] = {{"sin(2rad * (", "))"}, {"cos(3rad * (", "))"}, {"sqrt(0.1 + (", ")^2)"}, {"abs(", ")"}, {"exp(-(", ")^2)"},
-                                            {"(", ")^3"}, {"log(1.5 + (", ")^2)"}, {"atan(", ") / 1rad"}, {"sin(5rad * (", "))"}};
+    static const char *const around[][2] = {{"sin(2rad * (", "))"},  {"cos(3rad * (", "))"}, {"sqrt(0.1 + (", ")^2)"},
+                                            {"abs(", ")"},           {"exp(-(", ")^2)"},     {"(", ")^3"},
+                                            {"log(1.5 + (", ")^2)"}, {"atan(", ") / 1rad"},  {"sin(5rad * (", "))"}};
     static const char *const between[] = {" + ", " - ", " * "};
     if (depth == 0) {
         coordinate(m);
@@ -375,13 +400,14 @@ static void field_of(Maker *m)
         fputc(')', m->out);
         break;
     case 2:
-        fprintf(m->out, "field(%.9g - (sqrt(x^2 + y^2) - %.9g)^2 - z^2", pow(length(m, 0.1, 0.3), 2), length(m, 0.4, 0.8));
+        fprintf(m->out, "field(%.9g - (sqrt(x^2 + y^2) - %.9g)^2 - z^2", pow(length(m, 0.1, 0.3), 2),
+                length(m, 0.4, 0.8));
         break;
     default:
         fprintf(m->out, "field(log(");
         for (int k = 0; k < 3; k++)
-            fprintf(m->out, "%sexp(4 - 8 * distance((x, y, z), (%.9g, %.9g, %.9g)) / %.9g)", k ? " + " : "", length(m, -0.5, 0.5), length(m, -0.5, 0.5),
-                    length(m, -0.5, 0.5), s);
+            fprintf(m->out, "%sexp(4 - 8 * distance((x, y, z), (%.9g, %.9g, %.9g)) / %.9g)", k ? " + " : "",
+                    length(m, -0.5, 0.5), length(m, -0.5, 0.5), length(m, -0.5, 0.5), s);
         fputc(')', m->out);
     }
     fputc(')', m->out);
@@ -409,8 +435,10 @@ static void fields(Maker *m)
     fprintf(m->out, "(");
     field_leaf(m);
     fprintf(m->out, ")%s(", words[below(m, 3)]);
-    if (below(m, 2)) field_leaf(m);
-    else bounded(m);
+    if (below(m, 2))
+        field_leaf(m);
+    else
+        bounded(m);
     fprintf(m->out, ")");
 }
 
@@ -420,10 +448,12 @@ static void camera(Maker *m, bool near)
 {
     double d[3], away = near ? length(m, 0.1, 0.9) : length(m, 2.5, 4);
     direction(m, d);
-    fprintf(m->out, "camera { eye: (%.9g, %.9g, %.9g); look_at: (%.9g, %.9g, %.9g); up: (0.1, 1, 0.05); ", away * d[0], away * d[1], away * d[2], length(m, -0.1, 0.1),
-            length(m, -0.1, 0.1), length(m, -0.1, 0.1));
-    if (below(m, 5)) fprintf(m->out, "fov: %.9gdeg; }\n", near ? any(m, 60, 100) : any(m, 30, 50));
-    else fprintf(m->out, "projection: \"orthographic\"; height: %.9g; }\n", length(m, 2, 3));
+    fprintf(m->out, "camera { eye: (%.9g, %.9g, %.9g); look_at: (%.9g, %.9g, %.9g); up: (0.1, 1, 0.05); ", away * d[0],
+            away * d[1], away * d[2], length(m, -0.1, 0.1), length(m, -0.1, 0.1), length(m, -0.1, 0.1));
+    if (below(m, 5))
+        fprintf(m->out, "fov: %.9gdeg; }\n", near ? any(m, 60, 100) : any(m, 30, 50));
+    else
+        fprintf(m->out, "projection: \"orthographic\"; height: %.9g; }\n", length(m, 2, 3));
 }
 
 static void light(Maker *m, int number, bool unusual)
@@ -433,12 +463,14 @@ static void light(Maker *m, int number, bool unusual)
     int kind = unusual ? 2 + below(m, 4) : below(m, 3);
     double away = m->size * (kind == 2 ? 3 : kind == 3 ? 1e6 : kind == 4 ? 0.3 : 1.2);
     fprintf(m->out, "light l%d { ", number);
-    if (kind < 2) fprintf(m->out, "direction: (%.9g, %.9g, %.9g); ", d[0], d[1], d[2]);
-    else fprintf(m->out, "at: (%.9g, %.9g, %.9g); ", away * d[0], away * d[1], away * d[2]);
+    if (kind < 2)
+        fprintf(m->out, "direction: (%.9g, %.9g, %.9g); ", d[0], d[1], d[2]);
+    else
+        fprintf(m->out, "at: (%.9g, %.9g, %.9g); ", away * d[0], away * d[1], away * d[2]);
     if (kind >= 2 && !below(m, 3)) fprintf(m->out, "fade: %.9g; ", away * any(m, 0.5, 2));
     if (kind >= 2 && !below(m, 3)) {
-        fprintf(m->out, "direction: (%.9g, %.9g, %.9g); cone: %.9gdeg; soft: %.9gdeg; ", any(m, -0.1, 0.1) - d[0], any(m, -0.1, 0.1) - d[1],
-                any(m, -0.1, 0.1) - d[2], any(m, 10, 60), any(m, 5, 20));
+        fprintf(m->out, "direction: (%.9g, %.9g, %.9g); cone: %.9gdeg; soft: %.9gdeg; ", any(m, -0.1, 0.1) - d[0],
+                any(m, -0.1, 0.1) - d[1], any(m, -0.1, 0.1) - d[2], any(m, 10, 60), any(m, 5, 20));
     }
     if (unusual && !below(m, 4)) fprintf(m->out, "shadow: false; ");
     fprintf(m->out, "color: (%.9g, %.9g, %.9g); }\n", any(m, 0.2, 0.6), any(m, 0.2, 0.6), any(m, 0.2, 0.6));
@@ -455,8 +487,10 @@ static void object(Maker *m, SceneClass kind)
     case SCENE_SETS: set(m, 3, quadric); return;
     case SCENE_FREE_SETS: free_sets(m); return;
     case SCENE_EYE:
-        if (below(m, 2)) freeform(m, 3 + below(m, 8));
-        else quadric(m);
+        if (below(m, 2))
+            freeform(m, 3 + below(m, 8));
+        else
+            quadric(m);
         return;
     case SCENE_FAMILY: family(m); return;
     case SCENE_MORPHS: morph(m); return;
@@ -478,10 +512,14 @@ RandomScene random_scene(SceneClass kind, uint64_t seed)
     int lights = kind == SCENE_LIGHTS ? 2 + below(&m, 2) : 1 + !below(&m, 3);
     for (int k = 0; k < lights; k++) light(&m, k, kind == SCENE_LIGHTS);
     fprintf(m.out, "background { color: (0.1, 0.1, 0.2); }\n");
-    int objects = kind == SCENE_QUADRICS || kind == SCENE_LIGHTS ? 1 + below(&m, 4) : kind == SCENE_DEGENERATE ? 1 + below(&m, 2) : 1;
+    int objects = kind == SCENE_QUADRICS || kind == SCENE_LIGHTS ? 1 + below(&m, 4)
+                  : kind == SCENE_DEGENERATE                     ? 1 + below(&m, 2)
+                                                                 : 1;
     for (int k = 0; k < objects; k++) {
-        fprintf(m.out, "material m%d { color: (%.3f, %.3f, %.3f); ambient: 0.1; diffuse: 0.7; specular: %.3f; shininess: %d; }\n", k, any(&m, 0.3, 1), any(&m, 0.3, 1),
-                any(&m, 0.3, 1), below(&m, 2) * 0.4, 5 + below(&m, 40));
+        fprintf(
+            m.out,
+            "material m%d { color: (%.3f, %.3f, %.3f); ambient: 0.1; diffuse: 0.7; specular: %.3f; shininess: %d; }\n",
+            k, any(&m, 0.3, 1), any(&m, 0.3, 1), any(&m, 0.3, 1), below(&m, 2) * 0.4, 5 + below(&m, 40));
         fprintf(m.out, "object o%d = ", k);
         object(&m, kind);
         fprintf(m.out, ";\n");

@@ -351,7 +351,8 @@ static inline void ir_evaluate_matrix(IrValues *v, IrId id)
 
 static inline double ir_evaluate_coefficient(IrValues *v, IrId id)
 {
-    IrId base = ir_operand(v->ir, id, 0), quadric = ir_at(v->ir, base)->op == OP_QUADRIC ? base : ir_operand(v->ir, base, 0);
+    IrId base = ir_operand(v->ir, id, 0),
+         quadric = ir_at(v->ir, base)->op == OP_QUADRIC ? base : ir_operand(v->ir, base, 0);
     double q[10], inverse[12];
     for (uint32_t k = 0; k < 10; k++) q[k] = v->scalars[ir_operand(v->ir, quadric, k)];
     if (base == quadric) return q[ir_at(v->ir, id)->index];

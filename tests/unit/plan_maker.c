@@ -4,12 +4,12 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define MAX_LEAVES 4096
+#define MAX_LEAVES        4096
 #define MAX_PERTURBATIONS 8192
-#define MAX_COMPONENTS 4096
-#define MAX_GROUPS 512
-#define MAX_LIGHTS 40
-#define SLOTS ((MAX_LEAVES + MAX_PERTURBATIONS) * 11 + MAX_LIGHTS * 14 + 64)
+#define MAX_COMPONENTS    4096
+#define MAX_GROUPS        512
+#define MAX_LIGHTS        40
+#define SLOTS             ((MAX_LEAVES + MAX_PERTURBATIONS) * 11 + MAX_LIGHTS * 14 + 64)
 
 typedef struct MadeLeaf {
     PlanLeaf leaf;
@@ -76,14 +76,35 @@ static Slot put(Maker *m, const double *values, uint32_t count)
 
 static void make_shapes(Maker *m)
 {
-    static const struct { int count; PlanShapeNode nodes[8]; uint32_t leaves; } made[MAKER_SHAPES] = {
+    static const struct {
+        int count;
+        PlanShapeNode nodes[8];
+        uint32_t leaves;
+    } made[MAKER_SHAPES] = {
         [MAKER_QUADRIC] = {1, {{SHAPE_QUADRIC, 0, 0}}, 1},
         [MAKER_FREEFORM] = {1, {{SHAPE_FREEFORM, 0, 0}}, 1},
-        [MAKER_MEET] = {5, {{SHAPE_INTERSECT, 4, 0}, {SHAPE_QUADRIC, 0, 0}, {SHAPE_QUADRIC, 0, 1}, {SHAPE_QUADRIC, 0, 2}, {SHAPE_QUADRIC, 0, 3}}, 4},
-        [MAKER_TREE] = {8, {{SHAPE_UNION, 2, 0}, {SHAPE_INTERSECT, 2, 0}, {SHAPE_QUADRIC, 0, 0}, {SHAPE_UNION, 2, 0}, {SHAPE_QUADRIC, 0, 1},
-                            {SHAPE_QUADRIC, 0, 2}, {SHAPE_INTERSECT, 1, 0}, {SHAPE_QUADRIC, 0, 3}}, 4},
-        [MAKER_CARVED] = {4, {{SHAPE_INTERSECT, 3, 0}, {SHAPE_FREEFORM, 0, 0}, {SHAPE_QUADRIC, 0, 1}, {SHAPE_FREEFORM, 0, 2}}, 3},
-        [MAKER_GROUPED] = {4, {{SHAPE_INTERSECT, 3, 0}, {SHAPE_QUADRIC, 0, 0}, {SHAPE_GROUP, 0, 1}, {SHAPE_GROUP, 1, 2}}, 3},
+        [MAKER_MEET] = {5,
+                        {{SHAPE_INTERSECT, 4, 0},
+                         {SHAPE_QUADRIC, 0, 0},
+                         {SHAPE_QUADRIC, 0, 1},
+                         {SHAPE_QUADRIC, 0, 2},
+                         {SHAPE_QUADRIC, 0, 3}},
+                        4},
+        [MAKER_TREE] = {8,
+                        {{SHAPE_UNION, 2, 0},
+                         {SHAPE_INTERSECT, 2, 0},
+                         {SHAPE_QUADRIC, 0, 0},
+                         {SHAPE_UNION, 2, 0},
+                         {SHAPE_QUADRIC, 0, 1},
+                         {SHAPE_QUADRIC, 0, 2},
+                         {SHAPE_INTERSECT, 1, 0},
+                         {SHAPE_QUADRIC, 0, 3}},
+                        4},
+        [MAKER_CARVED] =
+            {4, {{SHAPE_INTERSECT, 3, 0}, {SHAPE_FREEFORM, 0, 0}, {SHAPE_QUADRIC, 0, 1}, {SHAPE_FREEFORM, 0, 2}}, 3},
+        [MAKER_GROUPED] = {4,
+                           {{SHAPE_INTERSECT, 3, 0}, {SHAPE_QUADRIC, 0, 0}, {SHAPE_GROUP, 0, 1}, {SHAPE_GROUP, 1, 2}},
+                           3},
     };
     for (int k = 0; k < MAKER_SHAPES; k++) {
         memcpy(m->nodes[k], made[k].nodes, sizeof made[k].nodes);
@@ -113,9 +134,11 @@ void maker_free(Maker *m)
 
 void maker_clear(Maker *m)
 {
-    m->next = m->component_count = m->perturbation_count = m->groups = m->group_leaf_count = m->order = m->light_count = 0;
+    m->next = m->component_count = m->perturbation_count = m->groups = m->group_leaf_count = m->order = m->light_count =
+        0;
     m->in_group = false;
-    const double material[11] = {0.8, 0.5, 0.3, 0.1, 0.7, 0.3, 20, 0, 0, 1.5, 0}, background[4] = {0.1, 0.1, 0.2, 0}, camera[15] = {0};
+    const double material[11] = {0.8, 0.5, 0.3, 0.1, 0.7, 0.3, 20, 0, 0, 1.5, 0}, background[4] = {0.1, 0.1, 0.2, 0},
+                 camera[15] = {0};
     m->material = put(m, material, 11);
     m->background = put(m, background, 4);
     m->camera = put(m, camera, 15);
@@ -238,12 +261,28 @@ const Plan *maker_plan(Maker *m)
     }
     m->plan_material = (PlanMaterial){m->material, 20};
     m->object = (PlanObject){.name = ""};
-    m->plan = (Plan){.slot_count = m->next, .image = m->values, .groups = m->plan_groups, .group_count = 1 + m->groups,
-                     .group_types = m->types, .group_type_count = 3, .shapes = m->shapes, .shape_count = MAKER_SHAPES,
-                     .components = m->plan_components, .component_count = components, .leaves = m->plan_leaves, .leaf_count = leaves,
-                     .perturbations = m->perturbations, .perturbation_count = m->perturbation_count,
-                     .materials = &m->plan_material, .material_count = 1, .objects = &m->object, .object_count = 1,
-                     .lights = m->lights, .light_count = m->light_count, .camera = m->camera, .orthographic = m->orthographic,
+    m->plan = (Plan){.slot_count = m->next,
+                     .image = m->values,
+                     .groups = m->plan_groups,
+                     .group_count = 1 + m->groups,
+                     .group_types = m->types,
+                     .group_type_count = 3,
+                     .shapes = m->shapes,
+                     .shape_count = MAKER_SHAPES,
+                     .components = m->plan_components,
+                     .component_count = components,
+                     .leaves = m->plan_leaves,
+                     .leaf_count = leaves,
+                     .perturbations = m->perturbations,
+                     .perturbation_count = m->perturbation_count,
+                     .materials = &m->plan_material,
+                     .material_count = 1,
+                     .objects = &m->object,
+                     .object_count = 1,
+                     .lights = m->lights,
+                     .light_count = m->light_count,
+                     .camera = m->camera,
+                     .orthographic = m->orthographic,
                      .background = m->background};
     return &m->plan;
 }
@@ -273,7 +312,8 @@ static void random_axes(Maker *m, double axis[3][3])
 // F = constant + sum of (square (u/r)^2 + linear u/r) along the axes.
 void maker_random_quadric(Maker *m, int kind, const double at[3], double size, double q[10])
 {
-    static const double squares[MAKER_KINDS][3] = {{-1, -1, -1}, {-1, -1, 1}, {-1, -1, 1}, {-1, -1, 1}, {-1, -1, 0}, {-1, 1, 0}, {-1, -1, 0}, {-1, 0, 0}, {0, 0, 0}, {0, 0, 0}};
+    static const double squares[MAKER_KINDS][3] = {{-1, -1, -1}, {-1, -1, 1}, {-1, -1, 1}, {-1, -1, 1}, {-1, -1, 0},
+                                                   {-1, 1, 0},   {-1, -1, 0}, {-1, 0, 0},  {0, 0, 0},   {0, 0, 0}};
     static const double constants[MAKER_KINDS] = {1, 1, -1, 0, 0, 0, 1, 1, 0, 0};
     static const double linears[MAKER_KINDS] = {0, 0, 0, 0, 1, 1, 0, 0, 1, 0};
     double axis[3][3], factor = exp(maker_random(m, -3, 3));
@@ -310,7 +350,8 @@ void quadric_negate(double q[10])
 static double quadric_value(const double *q, const double p[3])
 {
     double x = p[0], y = p[1], z = p[2];
-    return q[0] * x * x + q[1] * y * y + q[2] * z * z + q[3] * x * y + q[4] * x * z + q[5] * y * z + q[6] * x + q[7] * y + q[8] * z + q[9];
+    return q[0] * x * x + q[1] * y * y + q[2] * z * z + q[3] * x * y + q[4] * x * z + q[5] * y * z + q[6] * x +
+           q[7] * y + q[8] * z + q[9];
 }
 
 static double leaf_value(const Maker *m, const PlanLeaf *leaf, const double p[3])
@@ -365,11 +406,14 @@ static int by_value(const void *a, const void *b)
 }
 
 // Roots of q along the ray, in order to be found in [near, far].
-static uint32_t add_roots(const double *q, const double o[3], const double d[3], double near, double far, double *events, uint32_t count)
+static uint32_t add_roots(const double *q, const double o[3], const double d[3], double near, double far,
+                          double *events, uint32_t count)
 {
-    double a = q[0] * d[0] * d[0] + q[1] * d[1] * d[1] + q[2] * d[2] * d[2] + q[3] * d[0] * d[1] + q[4] * d[0] * d[2] + q[5] * d[1] * d[2];
+    double a = q[0] * d[0] * d[0] + q[1] * d[1] * d[1] + q[2] * d[2] * d[2] + q[3] * d[0] * d[1] + q[4] * d[0] * d[2] +
+               q[5] * d[1] * d[2];
     double b = 2 * (q[0] * o[0] * d[0] + q[1] * o[1] * d[1] + q[2] * o[2] * d[2]) + q[3] * (o[0] * d[1] + o[1] * d[0]) +
-               q[4] * (o[0] * d[2] + o[2] * d[0]) + q[5] * (o[1] * d[2] + o[2] * d[1]) + q[6] * d[0] + q[7] * d[1] + q[8] * d[2];
+               q[4] * (o[0] * d[2] + o[2] * d[0]) + q[5] * (o[1] * d[2] + o[2] * d[1]) + q[6] * d[0] + q[7] * d[1] +
+               q[8] * d[2];
     double c = quadric_value(q, o), square = b * b - 4 * a * c;
     if (square < 0) return count;
     double sum = -0.5 * (b + copysign(sqrt(square), b)), roots[2] = {sum / a, c / sum};
@@ -392,7 +436,8 @@ double maker_first(const Maker *m, const double o[3], const double d[3], double 
     double *events = malloc((2 * (plan->leaf_count + plan->perturbation_count) + 2) * sizeof *events);
     if (!events) abort();
     for (uint32_t k = 0; k < plan->leaf_count; k++)
-        if (plan->leaves[k].kind != LEAF_GROUP) count = add_roots(m->values + plan->leaves[k].quadric, o, d, near, end, events, count);
+        if (plan->leaves[k].kind != LEAF_GROUP)
+            count = add_roots(m->values + plan->leaves[k].quadric, o, d, near, end, events, count);
     for (uint32_t k = 0; k < plan->perturbation_count; k++)
         count = add_roots(m->values + plan->perturbations[k].quadric, o, d, near, end, events, count);
     events[count++] = near;
@@ -417,8 +462,10 @@ double maker_first(const Maker *m, const double o[3], const double d[3], double 
             double low = last, high = t;
             for (int halving = 0; halving < 60; halving++) {
                 double middle = 0.5 * (low + high);
-                if (inside_at(m, o, d, middle) == began) low = middle;
-                else high = middle;
+                if (inside_at(m, o, d, middle) == began)
+                    low = middle;
+                else
+                    high = middle;
             }
             result = high;
             break;

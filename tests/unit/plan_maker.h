@@ -17,12 +17,12 @@
 #include "compiler/plan.h"
 
 typedef enum MakerShape {
-    MAKER_QUADRIC,   // a quadric
-    MAKER_FREEFORM,  // a free form
-    MAKER_MEET,      // intersect(quadric, quadric, quadric, quadric)
-    MAKER_TREE,      // union(intersect(quadric, union(quadric, quadric)), intersect(quadric))
-    MAKER_CARVED,    // intersect(free form, quadric, free form)
-    MAKER_GROUPED,   // intersect(quadric, group of a union of quadrics, group of an intersection of quadrics)
+    MAKER_QUADRIC,  // a quadric
+    MAKER_FREEFORM, // a free form
+    MAKER_MEET,     // intersect(quadric, quadric, quadric, quadric)
+    MAKER_TREE,     // union(intersect(quadric, union(quadric, quadric)), intersect(quadric))
+    MAKER_CARVED,   // intersect(free form, quadric, free form)
+    MAKER_GROUPED,  // intersect(quadric, group of a union of quadrics, group of an intersection of quadrics)
     MAKER_SHAPES
 } MakerShape;
 
@@ -61,6 +61,7 @@ bool maker_inside(const Maker *m, const double point[3]);
 
 // The first t in [near, far] at which the ray origin + t direction changes from outside to inside, or from inside to outside if it begins
 // inside; infinity if there is none. In double, by the roots of all quadrics; free forms are sampled between them in steps of at most that length.
-double maker_first(const Maker *m, const double origin[3], const double direction[3], double near, double far, double step);
+double maker_first(const Maker *m, const double origin[3], const double direction[3], double near, double far,
+                   double step);
 
 #endif

@@ -269,7 +269,8 @@ static void a_rendering_is_cancelled_from_another_thread(void **state)
     double took = seconds() - start;
     pthread_join(thread, NULL);
     assert_int_equal(status, SCN_CANCELLED);
-    assert_true(took < 20); // far from the minute that the picture takes, also on a busy machine; tests/cli measures it closely
+    assert_true(
+        took < 20); // far from the minute that the picture takes, also on a busy machine; tests/cli measures it closely
     scn_free(scene);
 }
 

@@ -80,7 +80,8 @@ static void what_says_nothing_is_dropped(void **state)
     IrId x = ir_node(ir, OP_X, test_span, NULL, 0);
     assert_int_equal(ir_op2(ir, OP_MUL, test_span, zero, ir_op2(ir, OP_ADD, test_span, x, one)), zero);
     IrId pole = ir_op2(ir, OP_DIV, test_span, one, x);
-    assert_int_not_equal(ir_op2(ir, OP_MUL, test_span, zero, pole), zero); // where F is undefined is a question of points
+    assert_int_not_equal(ir_op2(ir, OP_MUL, test_span, zero, pole),
+                         zero); // where F is undefined is a question of points
     IrId ball = ir_sphere(ir, 1);
     assert_int_equal(ir_node(ir, OP_UNION, test_span, &ball, 1), ball);
     assert_int_equal(ir_node(ir, OP_FREEFORM, test_span, &ball, 1), ball);

@@ -17,10 +17,10 @@
 // --- Formatting
 
 // cmocka cuts long messages.
-#define fail_with(what, text)                     \
-    do {                                          \
-        fprintf(stderr, "%s:\n%s\n", what, text); \
-        fail_msg("%s", what);                     \
+#define fail_with(what, text)                                                                                          \
+    do {                                                                                                               \
+        fprintf(stderr, "%s:\n%s\n", what, text);                                                                      \
+        fail_msg("%s", what);                                                                                          \
     } while (0)
 
 // The formatted text, in the unit's arena. Fails the test where the text is wrong or would become another scene.
@@ -127,10 +127,10 @@ typedef struct Maker {
     char *text;
     size_t length, capacity;
     int depth;
-    int budget;      // of what may still grow
-    int comments;    // how many have been written
-    bool plain;      // in the head of an if or for: a { would open its body
-    bool calm;       // no comments and line breaks, as inside of a string
+    int budget;   // of what may still grow
+    int comments; // how many have been written
+    bool plain;   // in the head of an if or for: a { would open its body
+    bool calm;    // no comments and line breaks, as inside of a string
 } Maker;
 
 static uint32_t pick(Maker *m, uint32_t count)
@@ -153,7 +153,9 @@ static void add(Maker *m, const char *text)
 
 static void comment(Maker *m)
 {
-    static const char *const forms[] = {" // c%d \n", "\n  // c%d\n", " /* c%d */", " /* c%d\n  more   \n */ ", "\n\n/// c%d\n", "\n// %d\xC3\xA9\n\n\n"};
+    static const char *const forms[] = {" // c%d \n",    "\n  // c%d\n",
+                                        " /* c%d */",    " /* c%d\n  more   \n */ ",
+                                        "\n\n/// c%d\n", "\n// %d\xC3\xA9\n\n\n"};
     char text[64];
     snprintf(text, sizeof text, forms[pick(m, 6)], m->comments++);
     add(m, text);
@@ -194,7 +196,8 @@ static void mark(Maker *m, const char *text)
 
 static const char *name(Maker *m)
 {
-    static const char *const names[] = {"a", "b2", "radius", "object", "a_rather_long_name_for_one_thing", "x", "sphere", "_private"};
+    static const char *const names[] = {"a", "b2",     "radius",  "object", "a_rather_long_name_for_one_thing",
+                                        "x", "sphere", "_private"};
     return names[pick(m, 8)];
 }
 
@@ -333,7 +336,8 @@ static void make_postfix(Maker *m)
 // Ranks as in the reference, from the loosest; each operator's right side is one rank tighter.
 static void make_expr(Maker *m, int rank)
 {
-    static const char *const operators[][3] = {{"or"}, {"and"}, {NULL}, {"==", "<=", ">"}, {".."}, {"|"}, {"&"}, {"+", "-"}, {"*", "/"}};
+    static const char *const operators[][3] = {{"or"}, {"and"}, {NULL},     {"==", "<=", ">"}, {".."},
+                                               {"|"},  {"&"},   {"+", "-"}, {"*", "/"}};
     enum { NOT = 2, COMPARE = 3, RANGE = 4, UNARY = 9 };
     if (rank == UNARY) {
         if (pick(m, 8) == 0) mark(m, pick(m, 2) ? "-" : "~");
@@ -406,7 +410,8 @@ static void make_item(Maker *m)
         word(m, name(m));
         mark(m, ":");
         make_expr(m, 0);
-        if (pick(m, 4) == 0 && m->text[m->length - 1] == ' ' && !strchr("}\n\t", m->text[m->length - 2])) word(m, "smooth");
+        if (pick(m, 4) == 0 && m->text[m->length - 1] == ' ' && !strchr("}\n\t", m->text[m->length - 2]))
+            word(m, "smooth");
         end_item(m);
         break;
     case 2:

@@ -87,7 +87,8 @@ typedef void Coordinates(const double p[3], double at[3]);
 
 static const char operand[] =
     "(freeform(ellipsoid(1, 0.8, 1.2)) { perturb(sphere(0.6).move(0.8, 0, 0.3), strength: 4); }.rotate(x: 20deg)"
-    " - box(0.5, 0.7, 3).move(0.1, 0.3, 0) | (~cylinder(0.3, axis: (1, 1, 0)) & sphere(0.9).move(1, 0, 0)).paint(#f00))";
+    " - box(0.5, 0.7, 3).move(0.1, 0.3, 0) | (~cylinder(0.3, axis: (1, 1, 0)) & sphere(0.9).move(1, 0, "
+    "0)).paint(#f00))";
 
 static void assert_warp(const char *modifier, Coordinates *coordinates)
 {
@@ -217,13 +218,17 @@ static void blends_are_what_the_reference_says(void **state)
 {
     const char *a = "sphere(1)", *b = "box(1.4, 1, 1).move(0.6, 0.2, 0)";
     assert_combination(a, b, "union(sphere(1), box(1.4, 1, 1).move(0.6, 0.2, 0), blend: 0.5);", smooth_union);
-    assert_combination(a, b, "union(sphere(1).paint(#f00), box(1.4, 1, 1).move(0.6, 0.2, 0), blend: 0.5);", smooth_union);
-    assert_combination(a, b, "intersect(sphere(1), box(1.4, 1, 1).move(0.6, 0.2, 0), blend: 0.5);", smooth_intersection);
+    assert_combination(a, b, "union(sphere(1).paint(#f00), box(1.4, 1, 1).move(0.6, 0.2, 0), blend: 0.5);",
+                       smooth_union);
+    assert_combination(a, b, "intersect(sphere(1), box(1.4, 1, 1).move(0.6, 0.2, 0), blend: 0.5);",
+                       smooth_intersection);
     assert_combination(a, b, "subtract(sphere(1).paint(#f00), box(1.4, 1, 1).move(0.6, 0.2, 0), blend: 0.5);",
                        smooth_difference);
     assert_combination(a, b, "union(sphere(1), box(1.4, 1, 1).move(0.6, 0.2, 0), style: \"rfunction\");", r_union);
-    assert_combination(a, b, "union(sphere(1), box(1.4, 1, 1).move(0.6, 0.2, 0).paint(#f00), style: \"rfunction\");", r_union);
-    assert_combination(a, b, "subtract(sphere(1), box(1.4, 1, 1).move(0.6, 0.2, 0), style: \"rfunction\");", r_difference);
+    assert_combination(a, b, "union(sphere(1), box(1.4, 1, 1).move(0.6, 0.2, 0).paint(#f00), style: \"rfunction\");",
+                       r_union);
+    assert_combination(a, b, "subtract(sphere(1), box(1.4, 1, 1).move(0.6, 0.2, 0), style: \"rfunction\");",
+                       r_difference);
 }
 
 static double plus_a_quarter(double f, double g)
@@ -242,14 +247,15 @@ static void iso_offsets_add_to_f(void **state)
     snprintf(text, sizeof text, "%s.offset(iso: 0.25);", operand);
     assert_combination(operand, "sphere(1)", text, plus_a_quarter);
     snprintf(text, sizeof text, "(~%s).offset(iso: (1 - x^2 - y^2 - z^2) / 2);", operand);
-    char not[1000];
+    char not [1000];
     snprintf(not, sizeof not, "~%s", operand);
     assert_combination(not, "sphere(1)", text, plus_g);
 }
 
 static void a_free_form_stays_one(void **state)
 {
-    Function *f = function_new("freeform(sphere(1)) { perturb(sphere(1).move(1, 0, 0), strength: 2); }.offset(iso: 0.2);");
+    Function *f =
+        function_new("freeform(sphere(1)) { perturb(sphere(1).move(1, 0, 0), strength: 2); }.offset(iso: 0.2);");
     assert_int_equal(ir_at(f->ir, object_leaves(f->ir, f->root))->class, CLASS_FREEFORM);
     function_free(f);
     f = function_new("sphere(1).offset(iso: 0.2).offset(radius: 0.1);");
@@ -261,7 +267,8 @@ static void a_free_form_stays_one(void **state)
 static void normal_offsets_look_along_the_normal(void **state)
 {
     static const char *const modifiers[2] = {"offset(normal: 0.3)", "offset(normal: 0.3, unnormalised: true)"};
-    const char *plain_text = "freeform(ellipsoid(1, 0.7, 1.2)) { perturb(sphere(0.6).move(0.8, 0, 0.3), strength: 4); }";
+    const char *plain_text =
+        "freeform(ellipsoid(1, 0.7, 1.2)) { perturb(sphere(0.6).move(0.8, 0, 0.3), strength: 4); }";
     for (int m = 0; m < 2; m++) {
         char text[1000];
         snprintf(text, sizeof text, "%s;", plain_text);
@@ -351,7 +358,8 @@ static void radii_are_balls(void **unused)
             double p[3];
             random_point(&state, p);
             double best = sampled(plain, p, radius), found = function_at(grown, p);
-            bool sure_in = radius > 0 ? best > 1e-9 : best > between, sure_out = radius > 0 ? best < -between : best < -1e-9;
+            bool sure_in = radius > 0 ? best > 1e-9 : best > between,
+                 sure_out = radius > 0 ? best < -between : best < -1e-9;
             inside += sure_in;
             outside += sure_out;
             if ((sure_in && !(found >= 0)) || (sure_out && !(found < 0)))
@@ -377,8 +385,8 @@ static void radii_are_exact(void **state)
         {"sphere(1).scale(2).offset(radius: 0.5);", {0, 0, 2.5}},
         {"slab(z: 0 .. 1).offset(radius: 0.5);", {3, 4, 1.5}},
         {"halfspace((0, 2, 0)).offset(radius: 0.5);", {3, 0.5, 1}},
-        {"box(2).offset(radius: 0.5);", {1.3, 1.4, 0}},                   // 0.3, 0.4, 0.5: on the round edge
-        {"box(2).offset(radius: 0.75);", {1.5, 1.5, 1.25}},               // the round corner
+        {"box(2).offset(radius: 0.5);", {1.3, 1.4, 0}},     // 0.3, 0.4, 0.5: on the round edge
+        {"box(2).offset(radius: 0.75);", {1.5, 1.5, 1.25}}, // the round corner
         {"box(2).offset(radius: -0.5);", {0.5, 0.2, 0.1}},
         {"cylinder(radius: 1, height: 2).offset(radius: 0.5);", {0, 1.4, 1.3}},
         {"capsule((0, 0, 0), (1, 0, 0), 0.25).offset(radius: 0.25);", {-0.5, 0, 0}},

@@ -1,11 +1,13 @@
 // The oracle against geometry that is known in closed form, and against itself: exact roots, dense samples and the IR's own field must agree.
-#include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
+
+#include <cmocka.h>
+
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include <cmocka.h>
 
 #include "tests/oracle/oracle.h"
 
@@ -110,7 +112,8 @@ static void a_transform_moves_the_point_back(void **state)
     Arena arena = {0};
     Ir *ir = ir_new(&arena);
     IrId by[3] = {number(ir, 1), number(ir, 2), number(ir, 0)};
-    IrId factors[3] = {number(ir, 2), number(ir, 0.5), number(ir, 1)}, zero[3] = {number(ir, 0), number(ir, 0), number(ir, 0)};
+    IrId factors[3] = {number(ir, 2), number(ir, 0.5), number(ir, 1)},
+         zero[3] = {number(ir, 0), number(ir, 0), number(ir, 0)};
     IrId map = two(ir, OP_COMPOSE, ir_move(ir, nowhere, by), ir_scale(ir, nowhere, factors, zero));
     Oracle *oracle = scene(ir, two(ir, OP_TRANSFORM, sphere(ir, 0, 0, 0, 1), map));
     OracleRay r = ray(-5, 2, 0, 1, 0, 0);
@@ -222,7 +225,8 @@ static void supports_without_an_end_are_followed_to_it(void **state)
     IrId outside = quadric(ir, (double[]){0.6, 0.6, 0.6, 0, 0, 0, -0.36, -0.24, -0.36, -0.25}); // of a ball
     IrId plane = quadric(ir, (double[]){0, 0, 0, 0, 0, 0, 1, 0.2, 0, -0.3});
     IrId slab = quadric(ir, (double[]){0, -4, 0, 0, 0, 0, 0, 0, 0, 1});
-    IrId operands[4] = {sphere(ir, 0, 0, 0, 1), perturb(ir, outside, -0.4), perturb(ir, plane, 0.3), perturb(ir, slab, 0.2)};
+    IrId operands[4] = {sphere(ir, 0, 0, 0, 1), perturb(ir, outside, -0.4), perturb(ir, plane, 0.3),
+                        perturb(ir, slab, 0.2)};
     Oracle *oracle = scene(ir, ir_node(ir, OP_FREEFORM, nowhere, operands, 4));
     assert_in_range(compare_ways(oracle), 50, 400);
     oracle_free(oracle);

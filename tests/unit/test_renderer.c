@@ -18,7 +18,7 @@
 #include "runtime/renderer.h"
 #include "tests/unit/plan_maker.h"
 
-#define PIXELS 48
+#define PIXELS    48
 #define TOLERANCE 1e-4
 
 typedef struct Bench {
@@ -43,7 +43,8 @@ static Bench *bench_open(int width)
     if (!b->device) fail_msg("%s", failure.text);
     size_t length;
     const char *source = emit_kernel(&arena, maker_plan(b->maker), &length);
-    b->program = program_build(b->device, &(ProgramDesc){.source = source, .length = length, .options = emit_options(width)}, &failure);
+    b->program = program_build(
+        b->device, &(ProgramDesc){.source = source, .length = length, .options = emit_options(width)}, &failure);
     if (!b->program) fail_msg("%s", failure.text);
     arena_release(&arena);
     return b;
@@ -73,7 +74,8 @@ typedef struct View {
     bool orthographic;
 } View;
 
-static void view_of(const double eye[3], const double at[3], double fov, double height, bool orthographic, double size, View *v)
+static void view_of(const double eye[3], const double at[3], double fov, double height, bool orthographic, double size,
+                    View *v)
 {
     const double up[3] = {0.1, 1, 0.05};
     double length = 0;
@@ -151,7 +153,8 @@ static bool is_silhouette(const Maker *m, const View *v, int x, int y, double se
 static bool crosses(const Maker *m, const double o[3], const double d[3], double t, double size)
 {
     double low = t - TOLERANCE * size, high = t + TOLERANCE * size;
-    const double a[3] = {o[0] + low * d[0], o[1] + low * d[1], o[2] + low * d[2]}, b[3] = {o[0] + high * d[0], o[1] + high * d[1], o[2] + high * d[2]};
+    const double a[3] = {o[0] + low * d[0], o[1] + low * d[1], o[2] + low * d[2]},
+                 b[3] = {o[0] + high * d[0], o[1] + high * d[1], o[2] + high * d[2]};
     return maker_inside(m, a) != maker_inside(m, b);
 }
 
@@ -175,9 +178,12 @@ static void compare(const Maker *m, const View *v, const Film *film, double far,
                 tally->unsampled++;
             } else {
                 bool missed = !isfinite(seen) || seen > truth;
-                if (missed) tally->missed++;
-                else tally->invented++;
-                if (getenv("SCN_TEST_VERBOSE")) printf("    %s pixel %d %d: seen %g, true %g\n", what, x, y, seen, truth);
+                if (missed)
+                    tally->missed++;
+                else
+                    tally->invented++;
+                if (getenv("SCN_TEST_VERBOSE"))
+                    printf("    %s pixel %d %d: seen %g, true %g\n", what, x, y, seen, truth);
             }
         }
     }
@@ -229,12 +235,18 @@ static void add_component(Maker *m, MakerShape shape, double scale)
     maker_begin(m, shape);
     switch (shape) {
     case MAKER_QUADRIC: add_quadric(m, maker_choice(m, MAKER_KINDS), maker_random(m, 0.1, 0.6), 1, scale, false); break;
-    case MAKER_FREEFORM: add_freeform(m, maker_choice(m, 3) ? 0 : maker_choice(m, MAKER_KINDS), 1 + maker_choice(m, 12), scale, maker_choice(m, 2)); break;
+    case MAKER_FREEFORM:
+        add_freeform(m, maker_choice(m, 3) ? 0 : maker_choice(m, MAKER_KINDS), 1 + maker_choice(m, 12), scale,
+                     maker_choice(m, 2));
+        break;
     case MAKER_MEET:
-        for (int k = 0; k < 4; k++) add_quadric(m, maker_choice(m, MAKER_KINDS), maker_random(m, 0.3, 0.9), 0.4, scale, maker_choice(m, 2));
+        for (int k = 0; k < 4; k++)
+            add_quadric(m, maker_choice(m, MAKER_KINDS), maker_random(m, 0.3, 0.9), 0.4, scale, maker_choice(m, 2));
         break;
     case MAKER_TREE:
-        for (int k = 0; k < 4; k++) add_quadric(m, maker_choice(m, MAKER_KINDS), maker_random(m, 0.2, 0.7), 0.6, scale, maker_choice(m, 3) == 0);
+        for (int k = 0; k < 4; k++)
+            add_quadric(m, maker_choice(m, MAKER_KINDS), maker_random(m, 0.2, 0.7), 0.6, scale,
+                        maker_choice(m, 3) == 0);
         break;
     case MAKER_CARVED:
         add_freeform(m, 0, 1 + maker_choice(m, 5), scale, maker_choice(m, 2));
@@ -254,7 +266,8 @@ static void add_component(Maker *m, MakerShape shape, double scale)
         maker_group(m);
         for (int k = 0; k < 12; k++) add_quadric(m, maker_choice(m, 7), maker_random(m, 0.1, 0.5), 1, scale, false);
         maker_group(m);
-        for (int k = 0; k < 8; k++) add_quadric(m, maker_choice(m, 2) ? 0 : 8, maker_random(m, 0.2, 0.4), 1.2, scale, maker_choice(m, 2));
+        for (int k = 0; k < 8; k++)
+            add_quadric(m, maker_choice(m, 2) ? 0 : 8, maker_random(m, 0.2, 0.4), 1.2, scale, maker_choice(m, 2));
         break;
     default: break;
     }
@@ -297,8 +310,9 @@ static void check_class(Bench *b, MakerShape shape, int components, Eye eye, dou
 static void check_tally(const char *name, Tally *t)
 {
     double median = quantile(t, 0.5), most = quantile(t, 0.9999);
-    printf("    %-34s %8ld rays %8ld hits: %ld missed, %ld invented, %ld at silhouettes, %ld thin; |dt| median %.1e, 99.99 %% %.1e, most %.1e\n", name,
-           t->rays, t->hits, t->missed, t->invented, t->silhouettes, t->unsampled, median, most, quantile(t, 1));
+    printf("    %-34s %8ld rays %8ld hits: %ld missed, %ld invented, %ld at silhouettes, %ld thin; |dt| median %.1e, "
+           "99.99 %% %.1e, most %.1e\n",
+           name, t->rays, t->hits, t->missed, t->invented, t->silhouettes, t->unsampled, median, most, quantile(t, 1));
     if (!getenv("SCN_TEST_VERBOSE")) {
         assert_int_equal(t->missed, 0);
         assert_int_equal(t->invented, 0);
@@ -315,7 +329,8 @@ static void check_shape(void **state, MakerShape shape, int components, const ch
     Bench *b = *state;
     for (int eye = 0; eye < EYE_KINDS; eye++) {
         Tally tally = {0};
-        for (int k = 0; k < 3; k++) check_class(b, shape, components, (Eye)eye, scales[k], scene_count(k ? 1 : 3), &tally);
+        for (int k = 0; k < 3; k++)
+            check_class(b, shape, components, (Eye)eye, scales[k], scene_count(k ? 1 : 3), &tally);
         char text[80];
         snprintf(text, sizeof text, "%s, %s", name, eyes[eye]);
         check_tally(text, &tally);
@@ -367,12 +382,8 @@ static int close_bench(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_quadrics),
-        cmocka_unit_test(test_intersections),
-        cmocka_unit_test(test_trees),
-        cmocka_unit_test(test_freeforms),
-        cmocka_unit_test(test_carved_freeforms),
-        cmocka_unit_test(test_groups),
+        cmocka_unit_test(test_quadrics),  cmocka_unit_test(test_intersections),    cmocka_unit_test(test_trees),
+        cmocka_unit_test(test_freeforms), cmocka_unit_test(test_carved_freeforms), cmocka_unit_test(test_groups),
     };
     return cmocka_run_group_tests_name("renderer", tests, open_wide, close_bench);
 }

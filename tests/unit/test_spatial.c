@@ -50,9 +50,18 @@ static Scene *make_scene(void)
     s->leaves[BALLS] = (PlanLeaf){.kind = LEAF_FREEFORM, .quadric = 10 * BALLS, .count = BALLS};
     put_ball(s->image + 10 * BALLS, 0, 0, 0);
     s->groups[0].component_count = BALLS + 1;
-    s->plan = (Plan){.slot_count = 10 * (BALLS + 1), .image = s->image, .groups = s->groups, .group_count = 1, .shapes = s->shapes, .shape_count = 2,
-                     .components = s->components, .component_count = BALLS + 1, .leaves = s->leaves, .leaf_count = BALLS + 1,
-                     .perturbations = s->perturbations, .perturbation_count = BALLS};
+    s->plan = (Plan){.slot_count = 10 * (BALLS + 1),
+                     .image = s->image,
+                     .groups = s->groups,
+                     .group_count = 1,
+                     .shapes = s->shapes,
+                     .shape_count = 2,
+                     .components = s->components,
+                     .component_count = BALLS + 1,
+                     .leaves = s->leaves,
+                     .leaf_count = BALLS + 1,
+                     .perturbations = s->perturbations,
+                     .perturbation_count = BALLS};
     return s;
 }
 

@@ -59,9 +59,10 @@ static IrId axis(Ir *ir, IrOp op)
 static IrId random_expression(Random *r, Ir *ir, int depth)
 {
     static const IrOp axes[3] = {OP_X, OP_Y, OP_Z};
-    static const IrOp ops[] = {OP_ADD, OP_SUB, OP_MUL, OP_DIV, OP_NEG, OP_ABS, OP_SIGN, OP_MIN, OP_MAX, OP_MOD, OP_POW, OP_SQRT, OP_EXP, OP_LOG,
-                               OP_SIN, OP_COS, OP_TAN, OP_ASIN, OP_ACOS, OP_ATAN, OP_ATAN2, OP_FLOOR, OP_CEIL, OP_ROUND, OP_LT, OP_LE, OP_EQ,
-                               OP_AND, OP_OR, OP_NOT, OP_SELECT};
+    static const IrOp ops[] = {OP_ADD, OP_SUB,  OP_MUL,  OP_DIV,  OP_NEG,   OP_ABS,   OP_SIGN,  OP_MIN,
+                               OP_MAX, OP_MOD,  OP_POW,  OP_SQRT, OP_EXP,   OP_LOG,   OP_SIN,   OP_COS,
+                               OP_TAN, OP_ASIN, OP_ACOS, OP_ATAN, OP_ATAN2, OP_FLOOR, OP_CEIL,  OP_ROUND,
+                               OP_LT,  OP_LE,   OP_EQ,   OP_AND,  OP_OR,    OP_NOT,   OP_SELECT};
     if (depth == 0 || random_below(r, 8) == 0) {
         if (random_below(r, 3)) return axis(ir, axes[random_below(r, 3)]);
         return ir_const(ir, random_below(r, 2) ? random_below(r, 9) - 4 : random_in(r, -3, 3));
@@ -102,7 +103,8 @@ static void no_value_is_outside_of_its_interval(void **state)
         }
         Taped t;
         bool numbers_known = true;
-        for (IrId k = 1; k < ir->count; k++) numbers_known &= ir_at(ir, k)->rate == RATE_POINT || ir_is_const(ir, k, NULL);
+        for (IrId k = 1; k < ir->count; k++)
+            numbers_known &= ir_at(ir, k)->rate == RATE_POINT || ir_is_const(ir, k, NULL);
         if (numbers_known) {
             taped_init(&t, ir, id);
             for (int boxes = 0; boxes < 8; boxes++) {
@@ -151,7 +153,8 @@ static void bounds_hold_the_object_and_little_else(void **state)
     Arena arena = {0};
     Ir *ir = ir_new(&arena);
     IrId x = axis(ir, OP_X), y = axis(ir, OP_Y), z = axis(ir, OP_Z), two = ir_const(ir, 2), one = ir_const(ir, 1);
-    IrId square = ir_op2(ir, OP_ADD, test_span, ir_op2(ir, OP_POW, test_span, x, two), ir_op2(ir, OP_POW, test_span, y, two));
+    IrId square =
+        ir_op2(ir, OP_ADD, test_span, ir_op2(ir, OP_POW, test_span, x, two), ir_op2(ir, OP_POW, test_span, y, two));
     IrId disc = ir_op2(ir, OP_SUB, test_span, one, square);
     IrId ball = ir_op2(ir, OP_SUB, test_span, disc, ir_op2(ir, OP_POW, test_span, z, two));
     Taped t;
@@ -178,7 +181,8 @@ static void an_imported_model_is_a_scene(void **state)
     Arena arena = {0};
     Failure failure;
     const char *scene = imported(&arena, "# a disc\n_0 var-x\n_1 square _0\n_2 const -0.25\n_3 add _1 _2\n", &failure);
-    assert_string_equal(scene, "scn 1;\nlet v1 = x;\nlet v2 = v1^2;\nlet v3 = -0.25;\nlet v4 = v2 + v3;\nfield(-v4);\n");
+    assert_string_equal(scene,
+                        "scn 1;\nlet v1 = x;\nlet v2 = v1^2;\nlet v3 = -0.25;\nlet v4 = v2 + v3;\nfield(-v4);\n");
     assert_null(imported(&arena, "_0 var-x\n_1 add _0 _7\n", &failure));
     assert_string_equal(failure.text, "line 2: no value above has the name '_7'");
     assert_null(imported(&arena, "_0 twirl\n", &failure));
