@@ -42,12 +42,6 @@ Value eval_surface(Eval *e, const Node *node, const Call *call, const Value *arg
         return value_bad();
     }
     operands[0] = of ? args[SURFACE_OF].id : formed_object(e, node);
-    if (ir_at(e->ir, operands[0])->class == CLASS_GENERAL) {
-        complain(
-            e, bound_node(call, SURFACE_OF, node), DIAG_NOT_YET,
-            "a place on an object with a general field is not there yet in this version of scn: give at and normal");
-        return value_bad();
-    }
     for (int k = 0; k < 3; k++) {
         operands[1 + k] = scalar_id(e, args[SURFACE_FROM].vector[k]);
         operands[4 + k] = scalar_id(e, args[SURFACE_TOWARD].vector[k]);
@@ -80,11 +74,6 @@ Value eval_place_member(Eval *e, const Node *node, const Value *place)
 Value eval_membership(Eval *e, const Node *node, const Call *call, const Value *args)
 {
     enum { POINT, OF };
-    if (ir_at(e->ir, args[OF].id)->class == CLASS_GENERAL) {
-        complain(e, bound_node(call, OF, node), DIAG_NOT_YET,
-                 "membership of an object with a general field is not there yet in this version of scn");
-        return value_bad();
-    }
     IrId operands[4] = {args[OF].id};
     for (int k = 0; k < 3; k++) operands[1 + k] = scalar_id(e, args[POINT].vector[k]);
     IrId id = ir_node(e->ir, OP_AT, span_of(e, node), operands, 4);

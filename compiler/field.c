@@ -6,6 +6,7 @@
 #include "compiler/eval.h"
 #include "compiler/quadric.h"
 #include "compiler/ray.h"
+#include "compiler/tape.h"
 
 // --- building
 
@@ -55,11 +56,13 @@ static void emit(Builder *b, const uint32_t *words, uint32_t count)
 {
     switch ((FieldOp)words[0]) {
     case FIELD_QUADRIC:
+    case FIELD_TAPE:
     case FIELD_EMPTY: b->stack++; break;
     case FIELD_MAX:
     case FIELD_MIN:
     case FIELD_MIX:
     case FIELD_CUBE: b->stack--; break;
+    case FIELD_MIX_AT: b->stack -= 2; break;
     case FIELD_ENTER: b->points++; break;
     case FIELD_LEAVE: b->points--; break;
     case FIELD_NEGATE:
@@ -71,6 +74,7 @@ static void emit(Builder *b, const uint32_t *words, uint32_t count)
     }
     if (b->count + count > b->capacity) {
         uint32_t room = b->capacity ? 2 * b->capacity : 64;
+        while (room < b->count + count) room *= 2; // tapes are many words at once
         uint32_t *array = arena_array(b->arena, uint32_t, room);
         if (b->count) memcpy(array, b->words, b->count * sizeof *array);
         b->words = array;
@@ -120,11 +124,48 @@ static void folded(Builder *b, IrId id, FieldOp op)
     push_field(b, ir_operand(b->ir, id, 0));
 }
 
+static void emit_tape(Builder *b, IrId expression)
+{
+    TapeSlots slots = {b->slots->context, b->slots->scalar};
+    TapeStep *steps;
+    uint32_t count;
+    if (!tape_new(b->arena, b->ir, expression, &slots, &steps, &count)) {
+        b->ok = false;
+        return;
+    }
+    uint32_t *words = arena_array(b->arena, uint32_t, 2 + 2 * (size_t)count);
+    words[0] = FIELD_TAPE;
+    words[1] = count;
+    memcpy(words + 2, steps, count * sizeof *steps);
+    emit(b, words, 2 + 2 * count);
+}
+
+// The weight of a morph that differs from point to point is an expression as F of a field is: it waits as one.
+static void morph(Builder *b, IrId id)
+{
+    IrId weight = ir_operand(b->ir, id, 2);
+    if (ir_at(b->ir, weight)->rate == RATE_POINT) {
+        push_op(b, 1, FIELD_MIX_AT, 0, 0);
+        push_field(b, weight);
+    } else {
+        push_op(b, 2, FIELD_MIX, b->slots->scalar(b->slots->context, weight), 0);
+    }
+    push_field(b, ir_operand(b->ir, id, 1));
+}
+
 static void node(Builder *b, IrId id)
 {
     const FieldSlots *slots = b->slots;
+    if (ir_at(b->ir, id)->type == IR_SCALAR) {
+        emit_tape(b, id);
+        return;
+    }
     switch ((IrOp)ir_at(b->ir, id)->op) {
-    case OP_QUADRIC: emit(b, (uint32_t[]){FIELD_QUADRIC, slots->quadric(slots->context, id)}, 2); return;
+    case OP_FIELD: emit_tape(b, ir_operand(b->ir, id, 0)); return;
+    case OP_QUADRIC:
+        b->ok = b->ok && ir_at(b->ir, id)->rate != RATE_POINT;
+        if (b->ok) emit(b, (uint32_t[]){FIELD_QUADRIC, slots->quadric(slots->context, id)}, 2);
+        return;
     case OP_SHEET: // no point is inside of a sheet, and its surface has no sign to be found by
     case OP_EMPTY: emit(b, (uint32_t[]){FIELD_EMPTY}, 1); return;
     case OP_UNION: folded(b, id, FIELD_MAX); return;
@@ -139,10 +180,7 @@ static void node(Builder *b, IrId id)
         emit_enter(b, ir_operand(b->ir, id, 1));
         push_op(b, 1, FIELD_LEAVE, 0, 0);
         break;
-    case OP_MORPH:
-        push_op(b, 2, FIELD_MIX, slots->scalar(slots->context, ir_operand(b->ir, id, 2)), 0);
-        push_field(b, ir_operand(b->ir, id, 1));
-        break;
+    case OP_MORPH: morph(b, id); break;
     case OP_PAINT:
     case OP_NAMED: break;
     default: b->ok = false; return; // not a field
@@ -152,7 +190,7 @@ static void node(Builder *b, IrId id)
 
 bool field_code(Arena *arena, const Ir *ir, IrId field, const FieldSlots *slots, FieldCode *code)
 {
-    Builder b = {.arena = arena, .ir = ir, .slots = slots, .ok = ir_at(ir, field)->class != CLASS_GENERAL};
+    Builder b = {.arena = arena, .ir = ir, .slots = slots, .ok = true};
     push_field(&b, field);
     while (b.pending_count && b.ok) {
         Pending pending = b.pending[--b.pending_count];
@@ -166,12 +204,45 @@ bool field_code(Arena *arena, const Ir *ir, IrId field, const FieldSlots *slots,
     return b.ok;
 }
 
+bool field_is_general(FieldCode code)
+{
+    for (uint32_t k = 0; k < code.count;) {
+        switch (code.words[k++]) {
+        case FIELD_TAPE:
+        case FIELD_MIX_AT: return true;
+        case FIELD_CUBE: k += 2; break;
+        case FIELD_QUADRIC:
+        case FIELD_SHOW:
+        case FIELD_MIX:
+        case FIELD_ENTER: k++; break;
+        default: break;
+        }
+    }
+    return false;
+}
+
+// The words of a tape behind its operation, 0: they make no sense.
+static uint32_t tape_words(FieldCode code, uint32_t at, uint32_t value_count)
+{
+    if (at == code.count) return 0;
+    uint32_t steps = code.words[at], left = code.count - at - 1;
+    if (steps > left / 2 || !tape_check((const TapeStep *)(code.words + at + 1), steps, value_count)) return 0;
+    return 1 + 2 * steps;
+}
+
 bool field_check(FieldCode code, uint32_t value_count)
 {
     uint32_t stack = 0, points = 0;
     for (uint32_t k = 0; k < code.count;) {
         uint32_t op = code.words[k++], operands = 0, width = 1, needs = 1;
         switch (op) {
+        case FIELD_TAPE:
+            if (!tape_words(code, k, value_count)) return false;
+            k += tape_words(code, k, value_count);
+            needs = 0;
+            stack++;
+            break;
+        case FIELD_MIX_AT: needs = 3; break;
         case FIELD_QUADRIC:
             operands = 1;
             width = 10;
@@ -204,7 +275,7 @@ bool field_check(FieldCode code, uint32_t value_count)
         }
         if (stack < needs || stack > FIELD_STACK_MAX || points > FIELD_POINTS_MAX || operands > code.count - k)
             return false;
-        if (needs == 2) stack--;
+        if (needs > 1) stack -= needs - 1;
         for (; operands; operands--, k++) {
             if (width > value_count || code.words[k] > value_count - width) return false;
         }
@@ -253,8 +324,29 @@ static void leave(FieldValue *top, const double *inverse)
     memcpy(top->gradient, g, sizeof g);
 }
 
+static FieldValue tape_value(Arena *scratch, const uint32_t *words, const double *values, const double point[3])
+{
+    double *work = arena_array(scratch, double, TAPE_WORK *(size_t)(TAPE_POINT + words[0]));
+    return tape_steps_at((const TapeStep *)(words + 1), words[0], values, point, work);
+}
+
+// The weight is on top, with its own gradient.
+static void mix_at(FieldValue *two, const FieldValue *weight)
+{
+    FieldValue a = two[0], b = two[1];
+    double t = isnan(weight->f) ? NAN : fmin(fmax(weight->f, 0), 1);
+    if (isnan(t)) {
+        *two = (FieldValue){.f = NAN};
+        return;
+    }
+    mix(two, t);
+    for (int k = 0; k < 3 && t > 0 && t < 1 && isfinite(two->f); k++)
+        two->gradient[k] += weight->gradient[k] * (b.f - a.f);
+}
+
 FieldValue field_at(FieldCode code, const double *values, const double point[3])
 {
+    Arena scratch = {0};
     FieldValue stack[FIELD_STACK_MAX + 1]; // below the first there is nothing
     Frame frames[FIELD_POINTS_MAX + 1];
     FieldValue *top = stack;
@@ -270,11 +362,11 @@ FieldValue field_at(FieldCode code, const double *values, const double point[3])
         case FIELD_EMPTY: *++top = (FieldValue){.f = -INFINITY}; break;
         case FIELD_MAX:
             top--;
-            if (top[1].f > top[0].f) top[0] = top[1];
+            if (top[1].f > top[0].f || isnan(top[0].f)) top[0] = top[1]; // undefined is outside
             break;
         case FIELD_MIN:
             top--;
-            if (top[1].f < top[0].f) top[0] = top[1];
+            if (top[1].f < top[0].f || isnan(top[1].f)) top[0] = top[1];
             break;
         case FIELD_NEGATE:
             top->f = -top->f;
@@ -292,6 +384,14 @@ FieldValue field_at(FieldCode code, const double *values, const double point[3])
             top--;
             mix(top, values[*w++]);
             break;
+        case FIELD_MIX_AT:
+            top -= 2;
+            mix_at(top, top + 2);
+            break;
+        case FIELD_TAPE:
+            *++top = tape_value(&scratch, w, values, frame->point);
+            w += 1 + 2 * w[0];
+            break;
         case FIELD_ENTER:
             frame[1].inverse = values + *w++;
             matrix_point(frame[1].inverse, frame->point, frame[1].point);
@@ -303,6 +403,7 @@ FieldValue field_at(FieldCode code, const double *values, const double point[3])
             break;
         }
     }
+    arena_release(&scratch);
     return *top;
 }
 
@@ -400,6 +501,7 @@ double field_height(FieldCode field, FieldCode support, const double *values, co
 double field_value(FieldCode code, const double *values, const double point[3])
 {
     double f = field_at(code, values, point).f;
+    if (isnan(f) && isfinite(point[0]) && isfinite(point[1]) && isfinite(point[2])) return -1e300;
     return isinf(f) ? copysign(1e300, f) : f;
 }
 

@@ -16,6 +16,8 @@
 //     FIELD_CUBE s c         pop Q; top += s max(Q + c, 0)^3, s and c values
 //     FIELD_SHOW s           the top is -infinity where value s is 0
 //     FIELD_MIX t            pop G; top = (1 - t) top + t G, t a value in 0 … 1; where it is 0 or 1 only the one counts
+//     FIELD_MIX_AT           pop t, pop G; the same with the t of the point, which is clamped to 0 … 1
+//     FIELD_TAPE n, steps    push F of the n steps (compiler/tape.h), two words each; NaN where it is undefined: outside
 //     FIELD_ENTER m          what follows is at M^-1 X, the twelve values at m being M^-1; the outer point is kept
 //     FIELD_LEAVE            back to the outer point; the top's gradient becomes one of that point
 #ifndef SCN_COMPILER_FIELD_H
@@ -36,6 +38,8 @@ typedef enum FieldOp {
     FIELD_CUBE,
     FIELD_SHOW,
     FIELD_MIX,
+    FIELD_MIX_AT,
+    FIELD_TAPE,
     FIELD_ENTER,
     FIELD_LEAVE
 } FieldOp;
@@ -61,7 +65,7 @@ typedef struct FieldSlots {
     uint32_t (*inverse)(void *context, IrId matrix);  // the twelve values of the matrix's inverse
 } FieldSlots;
 
-// Compiles a field without point-rate coefficients. False where a limit is exceeded.
+// Compiles a field; no quadric in it has coefficients of point rate. False where a limit is exceeded.
 bool field_code(Arena *arena, const Ir *ir, IrId field, const FieldSlots *slots, FieldCode *code);
 
 // Whether code of any origin can be run over `value_count` values: its operands name values and it leaves one.
@@ -77,7 +81,10 @@ bool field_place(FieldCode code, const double *values, const double point[3], do
 double field_height(FieldCode field, FieldCode support, const double *values, const double matrix[12],
                     const double point[3]);
 
-// OP_AT: F at a point, +-1e300 where it is infinite, and not finite where the point is not.
+// Whether the code has expressions, and F is no piecewise polynomial along a ray.
+bool field_is_general(FieldCode code);
+
+// OP_AT: F at a point, +-1e300 where it is infinite, -1e300 where it is undefined, and not finite where the point is not.
 double field_value(FieldCode code, const double *values, const double point[3]);
 // OP_STEEPNESS: |gradient F| where the axis x = y = 1/2 of the frame meets the surface, from `high` down to `low`: the first
 // of a thousand steps over which F changes its sign. NaN where there is none.

@@ -215,13 +215,27 @@ operands_fit(const Ir *ir, IrOp op, const IrId *operands, uint32_t count)
     return true;
 }
 
+static bool is_question(IrOp op)
+{
+    return op == OP_PLACE || op == OP_SURFACE || op == OP_HEIGHT || op == OP_AT || op == OP_STEEPNESS;
+}
+
+IrRate ir_operand_rate(const Ir *ir, IrOp op, IrId operand)
+{
+    const IrNode *node = ir_at(ir, operand);
+    if (is_question(op) && node->type == IR_FIELD) return node->moves ? RATE_FRAME : RATE_CONST;
+    return (IrRate)node->rate;
+}
+
 static IrId append_new(Ir *ir, IrOp op, Span span, const IrId *operands, uint32_t count, uint64_t bits)
 {
     assert(operands_fit(ir, op, operands, count) && "operands are of the number and the types that ops.def says");
     IrRate rate = own_rate(op);
+    bool moves = rate == RATE_FRAME || op == OP_PATCH;
     for (uint32_t k = 0; k < count; k++) {
-        IrRate other = ir_at(ir, operands[k])->rate;
+        IrRate other = ir_operand_rate(ir, op, operands[k]);
         if (other > rate) rate = other;
+        moves |= ir_at(ir, operands[k])->moves;
     }
     if (op == OP_PATCH) rate = RATE_FRAME; // its u, v, x, y, z are its own
     ir->nodes = grown(ir->arena, ir->nodes, ir->count, &ir->capacity, ir->count + 1, sizeof *ir->nodes);
@@ -231,7 +245,8 @@ static IrId append_new(Ir *ir, IrOp op, Span span, const IrId *operands, uint32_
     ir->nodes[id] = (IrNode){.op = op,
                              .type = ir_ops[op].result,
                              .rate = rate,
-                             .class = class_of(ir, op, operands, count),
+                             .class = class_of(ir, op, operands, count) & 127,
+                             .moves = moves,
                              .count = count,
                              .first = ir->operand_count,
                              .span = span,
@@ -301,7 +316,7 @@ static bool is_folded(const Ir *ir, IrId id)
     double m[12];
     if (node->type == IR_SCALAR) return node->op == OP_CONST;
     if (node->type == IR_MATRIX) return ir_const_matrix(ir, id, m);
-    return node->rate == RATE_CONST;
+    return !node->moves;
 }
 
 static bool all_folded(const Ir *ir, const IrId *operands, uint32_t count)

@@ -69,13 +69,14 @@ extern const IrOpInfo ir_ops[OP_COUNT];
 IrType ir_operand_type(IrOp op, uint32_t k); // of operand k
 
 typedef struct IrNode {
-    uint8_t op;     // IrOp
-    uint8_t type;   // IrType
-    uint8_t rate;   // IrRate
-    uint8_t class;  // IrClass
-    uint32_t count; // operands
-    uint32_t first; // the first of them in Ir.operands
-    Span span;      // where the scene says it
+    uint8_t op;        // IrOp
+    uint8_t type;      // IrType
+    uint8_t rate;      // IrRate
+    uint8_t class : 7; // IrClass
+    uint8_t moves : 1; // it is made of the time, the frame or handles, whatever else
+    uint32_t count;    // operands
+    uint32_t first;    // the first of them in Ir.operands
+    Span span;         // where the scene says it
     union {
         double number;    // OP_CONST
         uint32_t index;   // OP_PARAM, OP_CAMERA, OP_LIGHT, OP_COEFFICIENT
@@ -157,7 +158,11 @@ IrId ir_op1(Ir *ir, IrOp op, Span span, IrId a);
 IrId ir_op2(Ir *ir, IrOp op, Span span, IrId a, IrId b);
 IrId ir_op3(Ir *ir, IrOp op, Span span, IrId a, IrId b, IrId c);
 bool ir_bad_fold(const Ir *ir, IrId id);
-const char *ir_complaint(const Ir *ir, IrId id);           // of a bad fold: "division by zero"
+const char *ir_complaint(const Ir *ir, IrId id); // of a bad fold: "division by zero"
+// The rate that an operand gives to the operation: its own; of a field that is asked about (PLACE, SURFACE, HEIGHT, AT,
+// STEEPNESS) not that of its points, which are its own.
+IrRate ir_operand_rate(const Ir *ir, IrOp op, IrId operand);
+
 bool ir_is_const(const Ir *ir, IrId id, double *value);    // a folded scalar; value may be NULL
 bool ir_const_matrix(const Ir *ir, IrId id, double m[12]); // a folded matrix
 IrId ir_matrix(Ir *ir, Span span, const double m[12]);

@@ -44,7 +44,7 @@ static void check_rate(Verifier *v, const IrNode *node)
     if (node->op == OP_PARAM || node->op == OP_TIME || node->op == OP_FRAME) rate = RATE_FRAME;
     if (node->op >= OP_X && node->op <= OP_V) rate = RATE_POINT;
     for (uint32_t k = 0; k < node->count; k++) {
-        IrRate other = v->ir->nodes[v->ir->operands[node->first + k]].rate;
+        IrRate other = ir_operand_rate(v->ir, (IrOp)node->op, v->ir->operands[node->first + k]);
         if (other > rate) rate = other;
     }
     if (node->op == OP_PATCH) rate = RATE_FRAME;

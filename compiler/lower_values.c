@@ -10,8 +10,9 @@
 
 #include "compiler/eval.h"
 #include "compiler/field.h"
-#include "compiler/leaf.h"
 #include "compiler/pairs.h"
+#include "compiler/tape.h"
+#include "compiler/tape.h"
 
 typedef enum ValueNeed {
     NEED_VALUE = 1,   // a scalar, a matrix, a base, a thing
@@ -252,8 +253,26 @@ static void need_operand(Values *v, IrId operand, bool gathered)
     }
 }
 
+static void need_number(void *context, IrId scalar)
+{
+    values_need(context, scalar);
+}
+
+// Of what differs from point to point in a field program, what its tape names is known once a frame.
+static bool need_of_tape(Values *v, IrId id)
+{
+    const IrNode *node = ir_at(v->ir, id);
+    if (!(v->needs[id] & NEED_FIELD) || (node->op != OP_FIELD && node->op != OP_MORPH)) return false;
+    IrId expression = ir_operand(v->ir, id, node->op == OP_FIELD ? 0 : 2);
+    if (node->op == OP_MORPH && ir_at(v->ir, expression)->rate != RATE_POINT) return false;
+    tape_needs(v->ir, expression, v, need_number);
+    for (uint32_t k = 0; node->op == OP_MORPH && k < 2; k++) need_operand(v, ir_operand(v->ir, id, k), false);
+    return true;
+}
+
 static void need_operands(Values *v, IrId id)
 {
+    if (need_of_tape(v, id)) return;
     const IrNode *node = ir_at(v->ir, id);
     if (node->op == OP_COEFFICIENT) {
         v->needs[ir_operand(v->ir, id, 0)] |= NEED_VALUE;

@@ -302,6 +302,8 @@ static bool trace(Tracer *r, FieldCode code, const double *values, const Line *r
             top--;
             mix(r, top, top + 1, values[*w++]);
             break;
+        case FIELD_MIX_AT:
+        case FIELD_TAPE: return false; // no polynomials
         case FIELD_ENTER:
             enter(values + *w++, line, line + 1);
             line++;
@@ -583,6 +585,7 @@ static bool first_change(Tracer *r, uint32_t root, double *t)
 
 bool ray_first(FieldCode code, const double *values, const double from[3], const double direction[3], double *t)
 {
+    if (field_is_general(code)) return ray_first_general(code, values, from, direction, t);
     Tracer tracer = {0}, *r = &tracer;
     Line ray;
     memcpy(ray.point, from, sizeof ray.point);

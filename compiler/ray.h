@@ -8,6 +8,10 @@
 // changes of any leaf none changes; so the first change of the whole is found for certain, but for what rounding hides:
 // leaves that touch the ray without crossing it, a leaf that is thinner than about 1e-6 of the way (its two roots are one, to the
 // root of what double resolves), and what lies between two leaves closer than 1e-12 of it.
+//
+// Where a part is a general field, the whole of F is asked over pieces of the ray instead, by intervals in double that are
+// rounded outwards (compiler/ray_field.c): what is positive or negative all along is passed over, anything else is halved,
+// down to 2^-48 of the piece, where the sign in the middle decides.
 #ifndef SCN_COMPILER_RAY_H
 #define SCN_COMPILER_RAY_H
 
@@ -19,6 +23,11 @@
 // inside where it leaves. False if there is none, or a number on the way is not finite. It allocates what it needs and
 // gives it back; the time is that of sorting the roots of all leaves that the ray meets.
 bool ray_first(FieldCode code, const double *values, const double from[3], const double direction[3], double *t);
+
+// What ray_first() does for code with expressions, of any code. It looks as far as TAPE_REACH (compiler/tape.h) about
+// the origin.
+bool ray_first_general(FieldCode code, const double *values, const double from[3], const double direction[3],
+                       double *t);
 
 // OP_SURFACE: the frame that stands where the ray from `from` through `toward` first crosses the surface, z along the
 // outward normal. False where it crosses none, or the field has no gradient there.

@@ -402,17 +402,22 @@ static Point step_at(TapeStep step, const double *values, const Point *v)
     return binary_at(op, a, is_literal(step) ? flat(values[step.b]) : v[step.b]);
 }
 
-FieldValue tape_at(const Plan *plan, const PlanTape *tape, const double *values, const double point[3], double *work)
+FieldValue tape_steps_at(const TapeStep *steps, uint32_t count, const double *values, const double point[3],
+                         double *work)
 {
     Point *v = (Point *)work;
-    const TapeStep *steps = plan->tape_steps + tape->first;
     for (int k = 0; k < 3; k++) {
         v[k] = flat(point[k]);
         v[k].d[k] = 1;
     }
-    for (uint32_t k = 0; k < tape->count; k++) v[TAPE_POINT + k] = step_at(steps[k], values, v);
-    Point last = v[TAPE_POINT + tape->count - 1];
+    for (uint32_t k = 0; k < count; k++) v[TAPE_POINT + k] = step_at(steps[k], values, v);
+    Point last = v[TAPE_POINT + count - 1];
     return (FieldValue){last.f, {last.d[0], last.d[1], last.d[2]}};
+}
+
+FieldValue tape_at(const Plan *plan, const PlanTape *tape, const double *values, const double point[3], double *work)
+{
+    return tape_steps_at(plan->tape_steps + tape->first, tape->count, values, point, work);
 }
 
 // --- over a box
@@ -440,13 +445,18 @@ static Interval step_over(TapeStep step, const double *values, const Interval *v
     return interval_op2(op, a, is_literal(step) ? number : v[step.b]);
 }
 
-Interval tape_over(const Plan *plan, const PlanTape *tape, const double *values, const Interval box[3], double *work)
+Interval tape_steps_over(const TapeStep *steps, uint32_t count, const double *values, const Interval box[3],
+                         double *work)
 {
     Interval *v = (Interval *)work;
-    const TapeStep *steps = plan->tape_steps + tape->first;
     memcpy(v, box, 3 * sizeof *v);
-    for (uint32_t k = 0; k < tape->count; k++) v[TAPE_POINT + k] = step_over(steps[k], values, v);
-    return v[TAPE_POINT + tape->count - 1];
+    for (uint32_t k = 0; k < count; k++) v[TAPE_POINT + k] = step_over(steps[k], values, v);
+    return v[TAPE_POINT + count - 1];
+}
+
+Interval tape_over(const Plan *plan, const PlanTape *tape, const double *values, const Interval box[3], double *work)
+{
+    return tape_steps_over(plan->tape_steps + tape->first, tape->count, values, box, work);
 }
 
 // --- bounds

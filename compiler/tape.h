@@ -42,6 +42,12 @@ enum { TAPE_WORK = 4 }; // doubles for each value of a tape, TAPE_POINT + count 
 FieldValue tape_at(const Plan *plan, const PlanTape *tape, const double *values, const double point[3], double *work);
 Interval tape_over(const Plan *plan, const PlanTape *tape, const double *values, const Interval box[3], double *work);
 
+// The same of steps that are no plan's, as field programs have them (compiler/field.h).
+FieldValue tape_steps_at(const TapeStep *steps, uint32_t count, const double *values, const double point[3],
+                         double *work);
+Interval tape_steps_over(const TapeStep *steps, uint32_t count, const double *values, const Interval box[3],
+                         double *work);
+
 // A box that holds all of F >= 0 that is within TAPE_REACH of the origin, in the expression's own coordinates: space is
 // cut into boxes and each is asked for its sign. Sides whose end is not found are infinite; low > high: nothing is there.
 #define TAPE_REACH 65536.0 // beyond it general fields are not looked for

@@ -373,7 +373,7 @@ static inline IrValues ir_evaluate(const Ir *ir, Arena *arena, double time, cons
         const IrId *o = ir_operands(ir, id);
         double args[6];
         if (node->type == IR_MATRIX) ir_evaluate_matrix(&v, id);
-        if (node->type != IR_SCALAR) continue;
+        if (node->type != IR_SCALAR || node->rate == RATE_POINT) continue; // expressions are for tapes
         for (uint32_t k = 0; k < node->count && k < 6; k++) args[k] = v.scalars[o[k]];
         switch ((IrOp)node->op) {
         case OP_CONST: v.scalars[id] = node->number; break;
@@ -385,6 +385,7 @@ static inline IrValues ir_evaluate(const Ir *ir, Arena *arena, double time, cons
             v.scalars[id] = field_height(field, support, v.values, v.matrices[o[2]], args + 3);
             break;
         }
+        case OP_ENTRY: v.scalars[id] = v.matrices[o[0]][node->index]; break;
         case OP_COEFFICIENT: v.scalars[id] = ir_evaluate_coefficient(&v, id); break;
         default: v.scalars[id] = eval_scalar(node->op, args); break;
         }

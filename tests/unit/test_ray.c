@@ -8,6 +8,7 @@
 
 #include <cmocka.h>
 
+#include "compiler/object.h"
 #include "compiler/ray.h"
 #include "ir_random.h"
 
@@ -132,6 +133,70 @@ static void random_fields_change_their_sign_there_and_not_before(void **state)
     assert_true(hits > FIELDS); // it is not all misses
 }
 
+// The same random objects as one expression: field programs with a tape give the F, the gradient and the crossing that
+// those of quadrics do.
+static void what_is_an_expression_is_crossed_where_its_quadrics_are(void **state)
+{
+    enum { FIELDS = 150, RAYS = 6 };
+    Random random = {31};
+    int hits = 0, agree = 0, misses = 0;
+    for (int i = 0; i < FIELDS; i++) {
+        Arena local = {0};
+        Ir *ir = random_ir(&local, &random, false);
+        IrId exact = ir->root, leaves = object_leaves(ir, exact);
+        if (object_may_hide(ir, leaves)) { // what is nowhere is a large number in expressions, not infinity
+            arena_release(&local);
+            continue;
+        }
+        IrId general = ir_op1(ir, OP_FIELD, test_span, object_expression(ir, leaves));
+        IrId half = set(ir, OP_INTERSECT, exact, general); // an expression beside quadrics
+        ir_complete(ir, set(ir, OP_UNION, exact, half));
+        IrValues v = ir_evaluate(ir, &local, 0, (const double[1]){0});
+        FieldCode a = ir_field_code(&v, exact), b = ir_field_code(&v, i % 2 ? general : half);
+        assert_false(field_is_general(a));
+        assert_true(field_is_general(b));
+        for (int k = 0; k < RAYS; k++) {
+            double from[3], way[3], t = 0, u = 0;
+            for (int j = 0; j < 3; j++) {
+                from[j] = random_in(&random, -4, 4);
+                way[j] = random_in(&random, -1, 1) - from[j];
+            }
+            FieldValue f = field_at(a, v.values, from), g = field_at(b, v.values, from);
+            if (isfinite(f.f)) assert_true(fabs(f.f - g.f) <= 1e-9 * (1 + fabs(f.f)));
+            bool hit = ray_first(a, v.values, from, way, &t), also = ray_first_general(b, v.values, from, way, &u);
+            if (!hit) {
+                misses++;
+                assert_false(also);
+                continue;
+            }
+            hits++;
+            agree += also && fabs(t - u) <= 1e-9 * (1 + t);
+        }
+        arena_release(&local);
+    }
+    assert_true(hits > FIELDS && misses > FIELDS);
+    print_message("%d of %d crossings agree\n", agree, hits);
+    assert_true(agree >= hits - hits / 100); // where two leaves touch on the way, rounding decides
+}
+
+static void what_is_undefined_is_outside(void **state)
+{
+    Ir *ir = ir_new(&arena);
+    IrId x = ir_node(ir, OP_X, test_span, NULL, 0), z = ir_node(ir, OP_Z, test_span, NULL, 0);
+    IrId r = ir_op2(ir, OP_SUB, test_span, ir_const(ir, 1), ir_op2(ir, OP_MUL, test_span, z, z));
+    IrId root = ir_op1(ir, OP_FIELD, test_span, ir_op1(ir, OP_SQRT, test_span, r)); // defined for |z| <= 1
+    assert_first(ir, root, 0, 0, 4);
+    assert_misses(ir, ir_op1(ir, OP_COMPLEMENT, test_span, root), 0, 0);
+    assert_first(ir, set(ir, OP_UNION, root, ir_sphere(ir, 2)), 0, 0, 3);
+    assert_first(ir, set(ir, OP_INTERSECT, root, ir_sphere(ir, 2)), 0, 0, 4);
+    IrId pole = ir_op2(ir, OP_DIV, test_span, ir_const(ir, 1), ir_op2(ir, OP_SUB, test_span, z, ir_const(ir, 2)));
+    assert_first(ir, ir_op1(ir, OP_COMPLEMENT, test_span, ir_op1(ir, OP_FIELD, test_span, pole)), 0, 0, 3);
+    IrId step = ir_op2(ir, OP_SUB, test_span, ir_const(ir, 0.5), ir_op1(ir, OP_FLOOR, test_span, z));
+    assert_first(ir, ir_op1(ir, OP_FIELD, test_span, step), 0, 0, 4); // a jump over 0 is a surface
+    IrId tangled = ir_op1(ir, OP_SIN, test_span, ir_op2(ir, OP_MUL, test_span, ir_const(ir, 1000), x));
+    assert_misses(ir, ir_op1(ir, OP_FIELD, test_span, ir_op2(ir, OP_SUB, test_span, tangled, ir_const(ir, 2))), 0, 0);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -140,6 +205,8 @@ int main(void)
         cmocka_unit_test(sets_ask_all_their_leaves),
         cmocka_unit_test(far_surfaces_are_found),
         cmocka_unit_test(thin_supports_are_met),
+        cmocka_unit_test(what_is_an_expression_is_crossed_where_its_quadrics_are),
+        cmocka_unit_test(what_is_undefined_is_outside),
         cmocka_unit_test(random_fields_change_their_sign_there_and_not_before),
     };
     int failed = cmocka_run_group_tests(tests, NULL, NULL);
