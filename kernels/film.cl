@@ -141,7 +141,7 @@ static void film_layers(const Buffers *b, const Tile *tile, uint k, const Film *
 }
 
 // Colours of a tile, of the lights [first, first + count); with `more` they are added to what is there.
-static void shade_tile(const Buffers *b, const Tile *tile, const Film *film, uint first, uint count, int more)
+PASS void shade_tile(const Buffers *b, const Tile *tile, const Film *film, uint first, uint count, int more)
 {
     __global const FrameConstants *frame = b->frame;
     FLOAT one = 1.0f, zero = 0.0f;

@@ -84,6 +84,14 @@ typedef uint UINT;
 #endif
 #define NOINLINE __attribute__((noinline))
 
+// A pass over the packets of a tile. One function each and no barrier in it, where packets are work-items: the compiler takes a third less time for several
+// small functions than for one large one (2.0 s instead of 2.8 s for S1), and frames take no longer, or 4 % less (S4).
+#if WIDTH == 16
+#define PASS static NOINLINE
+#else
+#define PASS static
+#endif
+
 #if WIDTH == 16 && defined(__AVX512F__) && defined(__has_builtin)
 #if __has_builtin(__builtin_ia32_rcp14ps512_mask) && __has_builtin(__builtin_ia32_rsqrt14ps512_mask)
 #define HAS_ROUGH 1

@@ -34,7 +34,11 @@ typedef struct Tile { // a FLOAT or UINT for each packet
     int inside;    // 1: rays of this work-item's packets begin inside of something
 } Tile;
 
+#if WIDTH == 16
+#define FOR_EACH_BLOCK(k) for (uint k = 0; k < BLOCKS; k++)
+#else
 #define FOR_EACH_BLOCK(k) for (uint k = (uint)get_local_id(0); k < BLOCKS; k += (uint)get_local_size(0))
+#endif
 
 static List all_items(const Buffers *b, __global const ViewConstants *view)
 {
@@ -123,7 +127,7 @@ static void count_doubts(const Buffers *b, const Tile *tile, uint packet, INT do
 #endif
 
 // Answers 0 where the tile's list has no room.
-static int primary_hits(const Buffers *b, Tile *tile, uint stages)
+PASS int primary_hits(const Buffers *b, Tile *tile, uint stages)
 {
     __global const FrameConstants *frame = b->frame;
     __global const ViewConstants *view = b->views;
@@ -246,7 +250,7 @@ INLINE Rect rect_around(FLOAT low_u, FLOAT high_u, FLOAT low_v, FLOAT high_v, FL
 }
 
 // Answers 0 where the list of what can shadow has no room.
-static int shadow_view(const Buffers *b, const Tile *tile, __global const LightConstants *light, __global const ViewConstants *view, uint bit)
+PASS int shadow_view(const Buffers *b, const Tile *tile, __global const LightConstants *light, __global const ViewConstants *view, uint bit)
 {
     // What the tile's hits span in the light's view.
     FLOAT low_u = INFINITY, high_u = -INFINITY, low_v = INFINITY, high_v = -INFINITY, high_w = -INFINITY;
