@@ -18,9 +18,21 @@ typedef struct Run {
     FrameError *error;
 } Run;
 
-static bool fail(Run *run, Span span, const char *text)
+DiagCode frame_error_code(const FrameError *error, const char **text)
+{
+    char word[32];
+    DiagCode code = error->code;
+    size_t length = strcspn(error->text, ":");
+    snprintf(word, sizeof word, "%.*s", length < sizeof word ? (int)length : 0, error->text);
+    bool own = !strncmp(error->text + length, ": ", 2) && diag_code_find(word, &code);
+    *text = error->text + (own ? length + 2 : 0);
+    return code;
+}
+
+static bool fail(Run *run, Span span, DiagCode code, const char *text)
 {
     run->error->span = span;
+    run->error->code = code;
     snprintf(run->error->text, sizeof run->error->text, "%s", text);
     return false;
 }
@@ -67,15 +79,15 @@ static bool blame(Run *run, Span span, Slot slot)
             for (uint32_t k = 0; k < step->count && k < 3 && step->kind == STEP_SCALAR; k++) {
                 args[k] = run->values[plan->operands[step->first + k]];
             }
-            return fail(run, span,
-                        eval_complaint(step->kind == STEP_HEIGHT      ? OP_HEIGHT
-                                       : step->kind == STEP_STEEPNESS ? OP_STEEPNESS
-                                                                      : (IrOp)step->op,
-                                       args));
+            IrOp op = step->kind == STEP_HEIGHT      ? OP_HEIGHT
+                      : step->kind == STEP_STEEPNESS ? OP_STEEPNESS
+                                                     : (IrOp)step->op;
+            bool zero = (op == OP_DIV || op == OP_MOD) && args[1] == 0;
+            return fail(run, span, zero ? DIAG_DIVISION_BY_ZERO : DIAG_NOT_FINITE, eval_complaint(op, args));
         }
         slot = plan->operands[step->first + guilty];
     }
-    return fail(run, span, "a value is not finite");
+    return fail(run, span, DIAG_NOT_FINITE, "a value is not finite");
 }
 
 // --- steps
@@ -100,7 +112,7 @@ static bool stand(Run *run, const PlanStep *step)
         if (!isfinite(args[k])) return blame(run, step->span, slot);
     }
     if (matrix_stand(args, args + 3, args[6], run->values + step->result)) return true;
-    return fail(run, step->span, eval_complaint(OP_STAND, args));
+    return fail(run, step->span, DIAG_NOT_FINITE, eval_complaint(OP_STAND, args));
 }
 
 static bool matrix(Run *run, const PlanStep *step)
@@ -110,10 +122,10 @@ static bool matrix(Run *run, const PlanStep *step)
     if (step->op == OP_STAND) return stand(run, step);
     if (step->op == OP_COMPOSE) {
         matrix_compose(run->values + operands[0], run->values + operands[1], result);
-        return all_finite(result, 12) || fail(run, step->span, "the transform is too large");
+        return all_finite(result, 12) || fail(run, step->span, DIAG_NOT_FINITE, "the transform is too large");
     }
     return matrix_inverse(run->values + operands[0], result) ||
-           fail(run, step->span, eval_complaint(OP_INVERSE, result));
+           fail(run, step->span, DIAG_NOT_FINITE, eval_complaint(OP_INVERSE, result));
 }
 
 static bool quadric(Run *run, const PlanStep *step)
@@ -121,10 +133,10 @@ static bool quadric(Run *run, const PlanStep *step)
     const uint32_t *operands = run->plan->operands + step->first;
     double inverse[12];
     if (!matrix_inverse(run->values + operands[1], inverse)) {
-        return fail(run, step->span, eval_complaint(OP_TRANSFORM, inverse));
+        return fail(run, step->span, DIAG_NOT_FINITE, eval_complaint(OP_TRANSFORM, inverse));
     }
     return quadric_transform(run->values + operands[0], inverse, run->values + step->result) ||
-           fail(run, step->span, "the coefficients of the quadric are too large");
+           fail(run, step->span, DIAG_NOT_FINITE, "the coefficients of the quadric are too large");
 }
 
 static FieldCode field_program(const Plan *plan, uint32_t *operand)
@@ -148,7 +160,7 @@ static bool place(Run *run, const PlanStep *step)
     double *result = run->values + step->result;
     bool found = ray ? ray_surface(code, run->values, args, args + 3, result)
                      : field_place(code, run->values, args, args[3], result);
-    return found || fail(run, step->span, eval_complaint(step->op, args));
+    return found || fail(run, step->span, DIAG_NOT_FINITE, eval_complaint(step->op, args));
 }
 
 static void height(Run *run, const PlanStep *step)
@@ -187,7 +199,7 @@ static bool check_assert(Run *run, const PlanStep *step)
 {
     Slot slot = run->plan->operands[step->first];
     if (!isfinite(run->values[slot])) return blame(run, step->span, slot);
-    return run->values[slot] != 0 || fail(run, step->span, step->text);
+    return run->values[slot] != 0 || fail(run, step->span, DIAG_ASSERT_FAILED, step->text);
 }
 
 static bool run_step(Run *run, const PlanStep *step)
@@ -238,7 +250,7 @@ bool frame_begin(const Plan *plan, const FrameInput *input, double *values, Fram
     }
     bool known =
         isfinite(input->time) && isfinite(input->frame) && all_finite(values + plan->inputs, plan->input_count);
-    return known || fail(&run, (Span){0}, "the time or a parameter is not a finite number");
+    return known || fail(&run, (Span){0}, DIAG_NOT_FINITE, "the time or a parameter is not a finite number");
 }
 
 bool frame_run(const Plan *plan, uint32_t from, uint32_t to, double *values, FrameError *error)

@@ -5,6 +5,7 @@
 #include <stdbool.h>
 
 #include "compiler/plan.h"
+#include "lang/diag.h"
 
 typedef struct FrameInput {
     double time;          // seconds
@@ -14,8 +15,12 @@ typedef struct FrameInput {
 
 typedef struct FrameError {
     Span span;
+    DiagCode code;
     char text[240]; // "division by zero", "tool-misses: …", the message of a failed assert
 } FrameError;
+
+// The code of an error and its text: some texts begin with a code of their own, "out-of-range: …", which is then left out.
+DiagCode frame_error_code(const FrameError *error, const char **text);
 
 // Fills `values` (plan->slot_count doubles). Returns false and says where and why if a value is not finite, a matrix
 // singular, a tool misses or an assert fails; `values` is then not to be used.

@@ -558,7 +558,7 @@ static void align_comments(Printer *p)
         }
     }
     move_pieces(p, piece, p->length + 1, out.length - done);
-    put(&out, p->text + done, p->length - done);
+    if (p->length > done) put(&out, p->text + done, p->length - done); // an empty file has no text at all
     p->text = out.text;
     p->length = out.length;
     p->capacity = out.capacity;

@@ -77,7 +77,7 @@ int command_build(const Options *options)
     if (status == EXIT_DONE) {
         struct stat file;
         double bytes = stat(path, &file) ? 0 : (double)file.st_size;
-        if (!options->quiet) fprintf(stderr, "%s: %.0f kB\n", path, bytes / 1000);
+        if (!options->quiet && options->format == FORMAT_TEXT) fprintf(stderr, "%s: %.0f kB\n", path, bytes / 1000);
         status = write_stats(options, scene, bytes);
         if (status == EXIT_DONE) status = command_depfile(options, scene, path);
     }

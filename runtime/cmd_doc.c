@@ -15,6 +15,7 @@
 #include "runtime/command.h"
 #include "runtime/doc.h"
 #include "runtime/file.h"
+#include "runtime/report.h"
 
 typedef struct Target {
     char path[FILE_PATH_SIZE]; // "" is standard output
@@ -138,7 +139,7 @@ static Doc *read_library(const Options *options, Unit *unit, int *status)
     }
     const Source *source = source_add(&unit->sources, name, text, length, (Span){0});
     Doc *doc = doc_of_library(unit, source, name, standard);
-    diag_print(unit, stderr, command_color(options, stderr));
+    report_unit(unit);
     *status = unit->errors ? EXIT_SCENE : EXIT_DONE;
     return unit->errors ? NULL : doc;
 }
@@ -160,7 +161,6 @@ static int document(const Options *options, Unit *unit, const Target *target)
                                        .device = options->device,
                                        .includes = options->includes,
                                        .include_count = options->include_count,
-                                       .color = command_color(options, stderr),
                                    });
     }
     int written = status == EXIT_DONE ? write_doc(doc, target) : status; // half a reference would pass for a whole one

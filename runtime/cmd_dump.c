@@ -110,7 +110,7 @@ int command_dump(const Options *options)
                                                  .after = options->after,
                                                  .dump_kernel = options->kernel ? stdout : NULL,
                                              });
-    int status = command_loaded(options, scene);
+    int status = command_loaded(scene);
     if (status == EXIT_DONE) scn_free(scene);
     return status;
 }

@@ -9,6 +9,7 @@
 #include "lang/format.h"
 #include "runtime/command.h"
 #include "runtime/file.h"
+#include "runtime/report.h"
 
 static int write_text(const Options *options, const char *text, size_t length)
 {
@@ -38,7 +39,7 @@ static int format_and_write(const Options *options, Unit *unit, const char *text
     FormatOptions format = {0};
     const char *result = source && !unit->errors ? format_source(unit, source, &format, &length) : NULL;
     if (result) return write_text(options, result, length);
-    diag_print(unit, stderr, command_color(options, stderr));
+    report_unit(unit);
     command_error("%s: in one file it would be another scene: this is a mistake of scn", options->files[0]);
     return EXIT_WORLD;
 }
@@ -55,7 +56,7 @@ static int flatten_text(const Options *options, Unit *unit, const char *text, si
     size_t flat_length;
     char *flat = unit->errors ? NULL : flatten(unit, tree, &flat_length);
     if (flat) return format_and_write(options, unit, flat, flat_length);
-    diag_print(unit, stderr, command_color(options, stderr));
+    report_unit(unit);
     if (unit->errors) return EXIT_SCENE;
     command_error("out of memory");
     return EXIT_WORLD;

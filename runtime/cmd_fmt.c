@@ -14,6 +14,7 @@
 #include "runtime/command.h"
 #include "runtime/diff.h"
 #include "runtime/file.h"
+#include "runtime/report.h"
 
 typedef struct Job {
     const Options *options;
@@ -67,7 +68,7 @@ static int format_text(Unit *unit, Job *job)
     const Options *o = job->options;
     Source *source = source_add(&unit->sources, job->name, job->before, job->before_length, (Span){0});
     parse_source(unit, source);
-    diag_print(unit, stderr, command_color(o, stderr));
+    report_unit(unit);
     if (unit->errors) return EXIT_SCENE;
     FormatOptions options = {.first_line = (uint32_t)o->first_line, .last_line = (uint32_t)o->last_line};
     job->after = format_source(unit, source, &options, &job->after_length);

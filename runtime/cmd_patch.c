@@ -193,11 +193,9 @@ static int solve_patch(Patches *p, const PlanPatch *patch)
     int status = EXIT_DONE;
     for (int k = 0; k < p->time_count && status == EXIT_DONE; k++) {
         FrameError error;
-        char place[4200];
         if (!patch_solve_to(solve, p->times[k], p->scene->inputs, &error)) {
-            scene_place(p->scene, error.span, place, sizeof place);
-            fprintf(stderr, "%s%serror: %s (at %gs)\n", place, *place ? ": " : "", error.text, p->times[k]);
-            status = EXIT_SCENE;
+            double frame = floor(p->times[k] * p->plan->fps + 1e-6);
+            status = command_result(p->scene, scene_fail_frame(p->scene, &error, p->times[k], frame));
             break;
         }
         PatchShape shape = patch_solve_shape(solve);
@@ -241,7 +239,7 @@ int command_patch(const Options *options)
     command_describe(options, &parts);
     parts.desc.check_only = true;
     ScnScene *scene = scene_new(&parts.desc, &(CompileOptions){.patches = true});
-    int status = command_loaded(options, scene);
+    int status = command_loaded(scene);
     if (status != EXIT_DONE) return status;
     Patches p = {.options = options, .scene = scene, .plan = scene->package->plan};
     status = EXIT_USAGE;

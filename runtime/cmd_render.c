@@ -172,8 +172,7 @@ static ScnStatus render_frame(Job *job, double time, double frame)
     job->times.frame_ms[job->times.count++] = stats.frame_ms;
     job->times.cpu_ms += stats.frame_cpu_ms;
     if (stats.damaged_checkpoints > job->damaged) {
-        command_error("warning: %d damaged checkpoints of patches were not used",
-                      stats.damaged_checkpoints - job->damaged);
+        command_warning("%d damaged checkpoints of patches were not used", stats.damaged_checkpoints - job->damaged);
         job->damaged = stats.damaged_checkpoints;
     }
     return SCN_OK;
@@ -184,10 +183,11 @@ static ScnStatus render_all(Job *job, char *last_path)
     int count = job->animation ? job->last - job->first + 1 : 1;
     job->times.frame_ms = calloc((size_t)count, sizeof(double));
     if (!job->times.frame_ms) return SCN_WORLD_FAILED;
-    progress_start(&job->progress, count, job->options->quiet);
+    bool silent = job->options->quiet || job->options->format != FORMAT_TEXT;
+    progress_start(&job->progress, count, silent);
     progress_say(&job->progress, "building kernels …");
     ScnStatus status = scn_prepare(job->scene);
-    progress_start(&job->progress, count, job->options->quiet);
+    progress_start(&job->progress, count, silent);
     progress_step(&job->progress, 0);
     double fps = job->info.fps > 0 ? job->info.fps : 24;
     for (int i = 0; i < count && status == SCN_OK; i++) {
@@ -251,18 +251,17 @@ static void report_doubts(const Job *job)
     scn_stats(job->scene, &stats);
     if (!stats.uncertain) return;
     unsigned long long rays = stats.uncertain;
-    fprintf(stderr, "scn: warning: %llu ray%s a general field where it is finer than floats can tell: ", rays,
-            rays == 1 ? " meets" : "s meet");
-    if (job->layers & SCN_LAYER_CERTIFICATE)
-        fprintf(stderr, "the layer certificate is 1 there\n");
-    else
-        fprintf(stderr, "`-o a.exr --layers color,certificate` shows where\n");
+    command_warning("%llu ray%s a general field where it is finer than floats can tell: %s", rays,
+                    rays == 1 ? " meets" : "s meet",
+                    job->layers & SCN_LAYER_CERTIFICATE ? "the layer certificate is 1 there"
+                                                        : "`-o a.exr --layers color,certificate` shows where");
 }
 
 static void report(const Job *job, const char *last_path)
 {
     if (job->options->quiet) return;
     report_doubts(job);
+    if (job->options->format != FORMAT_TEXT) return; // standard error is the document's
     if (job->animation) {
         double seconds = progress_seconds() - job->progress.start;
         fprintf(stderr, "%d frames in %.1f s, the last is %s\n", job->times.count, seconds, last_path);
@@ -313,7 +312,7 @@ int command_render(const Options *options)
     command_describe(options, &parts);
     parts.desc.quick = wants_quick_kernels(&job);
     job.scene = scn_load(&parts.desc);
-    status = command_loaded(options, job.scene);
+    status = command_loaded(job.scene);
     if (status != EXIT_DONE) return status;
     scn_info(job.scene, &job.info);
     char last_path[NAME_SIZE] = "";

@@ -310,13 +310,10 @@ static int show(const Options *options, ScnScene *scene, const CompileElaborated
     double *values = arena_array(&arena, double, plan->slot_count);
     TreeMoment moment = {.inputs = scene->inputs, .values = values};
     FrameError error;
-    char place[TEXT_SIZE];
     int status = command_time(options, scene, &moment.time, &moment.frame) ? EXIT_DONE : EXIT_USAGE;
     if (status == EXIT_DONE &&
         !frame_evaluate(plan, &(FrameInput){moment.time, moment.frame, moment.inputs}, values, &error)) {
-        const char *at = scene_place(scene, error.span, place, sizeof place);
-        command_error("%s%sat %g s: %s", at, *at ? ": " : "", moment.time, error.text);
-        status = EXIT_SCENE;
+        status = command_result(scene, scene_fail_frame(scene, &error, moment.time, moment.frame));
     }
     if (status == EXIT_DONE) {
         Tree *tree = scene->is_package
@@ -337,7 +334,7 @@ int command_tree(const Options *options)
     CompileElaborated elaborated = {0};
     command_describe(options, &parts);
     ScnScene *scene = scene_new(&parts.desc, &(CompileOptions){.elaborated = &elaborated});
-    int status = command_loaded(options, scene);
+    int status = command_loaded(scene);
     if (status != EXIT_DONE) return status;
     status = show(options, scene, &elaborated);
     scn_free(scene);

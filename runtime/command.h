@@ -30,8 +30,9 @@ ScnUnfinished *command_unfinished(void);
 // The folder of temporary files that is in use, which they remove too; "" if there is none.
 char *command_folder(void);
 
-// Prints "scn: …" and the end of the line to standard error.
+// "scn: …" and the end of the line to standard error, or into the document of the command (report.h). A warning is "scn: warning: …".
 void command_error(const char *format, ...) __attribute__((format(printf, 1, 2)));
+void command_warning(const char *format, ...) __attribute__((format(printf, 1, 2)));
 
 // The exit status for a status of the library; what is not SCN_OK is printed.
 int command_result(const ScnScene *scene, ScnStatus status);
@@ -56,7 +57,7 @@ void command_describe(const Options *options, CommandScene *scene);
 
 // Prints what the compiler says and what the scene prints, and returns the exit status; where that is not 0 the scene
 // is freed.
-int command_loaded(const Options *options, ScnScene *scene);
+int command_loaded(ScnScene *scene);
 
 // The moment and the number of the frame of --time. False with a message.
 bool command_time(const Options *options, const ScnScene *scene, double *time, double *frame);

@@ -84,7 +84,6 @@ typedef struct DocPictures {
     const char *device;
     const char *const *includes;
     int include_count;
-    bool color; // of messages
 } DocPictures;
 int doc_pictures(Doc *doc, const DocPictures *pictures);
 void doc_release(Doc *doc);

@@ -10,6 +10,7 @@
 #include "runtime/command.h"
 #include "runtime/doc.h"
 #include "runtime/image_png.h"
+#include "runtime/report.h"
 #include "runtime/scene.h"
 
 enum { SAMPLES = 3 };
@@ -104,7 +105,7 @@ static int render(const Job *job, DocExample *example)
     int result = EXIT_DONE;
     bool tried = example->made_up && status == SCN_SCENE_WRONG; // not every word can do with what was made up
     if (status != SCN_OK && !tried) {
-        fputs(scn_diagnostics_text(scene, job->pictures->color), stderr);
+        report_scene(scene);
         if (status == SCN_SCENE_WRONG) command_error("the example of %s is wrong", job->entry->name);
         result = command_result(scene, status);
     }

@@ -128,7 +128,9 @@ static bool write_number(Import *m, Word word)
     text[word.length] = 0;
     double value = strtod(text, &end);
     if (*end || !isfinite(value)) return wrong(m, "not a number:", word);
-    fprintf(m->out, "%.17g", value);
+    // What looks like an int would be one, with its arithmetic and its limits.
+    snprintf(text, sizeof text, "%.17g", value);
+    fprintf(m->out, "%s%s", text, text[strcspn(text, ".e")] ? "" : ".0");
     return true;
 }
 

@@ -6,7 +6,6 @@
 // program that is not passed on.
 #include <errno.h>
 #include <signal.h>
-#include <stdarg.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/resource.h>
@@ -15,6 +14,7 @@
 #include "runtime/command.h"
 #include "runtime/file.h"
 #include "runtime/pocl.h"
+#include "runtime/report.h"
 
 static ScnUnfinished unfinished;
 static char folder[POCL_FOLDER_SIZE];
@@ -65,16 +65,6 @@ static void catch_signals(void)
     signal(SIGXFSZ, SIG_IGN);
 }
 
-void command_error(const char *format, ...)
-{
-    va_list arguments;
-    va_start(arguments, format);
-    fputs("scn: ", stderr);
-    vfprintf(stderr, format, arguments);
-    fputc('\n', stderr);
-    va_end(arguments);
-}
-
 int command_result(const ScnScene *scene, ScnStatus status)
 {
     static const int exits[] = {[SCN_OK] = EXIT_DONE,
@@ -82,7 +72,10 @@ int command_result(const ScnScene *scene, ScnStatus status)
                                 [SCN_CALL_WRONG] = EXIT_USAGE,
                                 [SCN_WORLD_FAILED] = EXIT_WORLD,
                                 [SCN_CANCELLED] = EXIT_CANCELLED};
-    if (status != SCN_OK && scn_error(scene)[0]) command_error("%s", scn_error(scene));
+    if (status == SCN_SCENE_WRONG && scn_status(scene) == SCN_OK)
+        report_frame(scene);
+    else if (status != SCN_OK && scn_error(scene)[0])
+        command_error("%s", scn_error(scene));
     return exits[status];
 }
 
@@ -157,17 +150,13 @@ void command_describe(const Options *options, CommandScene *scene)
     };
 }
 
-int command_loaded(const Options *options, ScnScene *scene)
+int command_loaded(ScnScene *scene)
 {
     if (!scene) {
         command_error("out of memory");
         return EXIT_WORLD;
     }
-    // Some commands have standard output for themselves.
-    bool own = options->command == COMMAND_INFO || options->command == COMMAND_DUMP ||
-               options->command == COMMAND_BENCH || options->command == COMMAND_PATCH;
-    if (!options->quiet) fputs(scn_printed(scene), own ? stderr : stdout);
-    fputs(scn_diagnostics_text(scene, command_color(options, stderr)), stderr);
+    report_scene(scene);
     int status = command_result(scene, scn_status(scene));
     if (status != EXIT_DONE) scn_free(scene);
     return status;
@@ -178,7 +167,7 @@ ScnScene *command_load(const Options *options, int *status)
     CommandScene parts;
     command_describe(options, &parts);
     ScnScene *scene = scn_load(&parts.desc);
-    *status = command_loaded(options, scene);
+    *status = command_loaded(scene);
     return *status == EXIT_DONE ? scene : NULL;
 }
 
@@ -242,16 +231,21 @@ static int show_help(const Options *options)
 int main(int argc, char **argv)
 {
     Options options;
-    if (!options_parse(&options, argc, argv)) {
+    bool understood = options_parse(&options, argc, argv);
+    report_begin(&options);
+    if (!understood) {
         command_error("%s", options.error);
+        report_end(EXIT_USAGE);
         return EXIT_USAGE;
     }
     catch_signals();
     int status = options.help || options.command == COMMAND_HELP ? show_help(&options) : run_command(&options);
-    // What was printed may meet a full disk only now.
+    if (options.command == COMMAND_CHECK) report_end(status);
+    // What was written may meet a full disk only now.
     if ((fflush(stdout) || ferror(stdout)) && status == EXIT_DONE) {
         command_error("cannot write standard output: %s", strerror(errno));
         status = EXIT_WORLD;
     }
+    if (options.command != COMMAND_CHECK) report_end(status);
     return status;
 }

@@ -44,7 +44,7 @@ static size_t nodes_of(const PatchSolve *solve)
 static bool trouble(const PatchSolve *solve, FrameError *error, const char *code, const char *text)
 {
     const char *name = solve->patch->name;
-    *error = (FrameError){.span = solve->patch->span};
+    *error = (FrameError){.span = solve->patch->span, .code = DIAG_NOT_FINITE};
     snprintf(error->text, sizeof error->text, "%s: patch %s%s%s", code, name, *name ? ": " : "", text);
     return false;
 }
@@ -176,7 +176,7 @@ static bool device_step(PatchSolve *solve, FrameError *error)
               patch_device_step(solve->device, (int[]){1}, &failure) &&
               patch_device_read(solve->device, 0, solve->now, NULL, &fault, &failure);
     if (!ok) return device_trouble(solve, &failure, error);
-    return fault.kind == PATCH_FINE || trouble(solve, error, "patch-diverges", fault.text);
+    return fault.kind == PATCH_FINE || trouble(solve, error, "not-finite", fault.text);
 }
 
 static bool host_step(PatchSolve *solve, FrameError *error)
@@ -189,7 +189,7 @@ static bool host_step(PatchSolve *solve, FrameError *error)
         drive.contact = patch_driver_contact;
         drive.context = driver;
     }
-    if (!patch_host_step(solve->host, &drive, &fault)) return trouble(solve, error, "patch-diverges", fault.text);
+    if (!patch_host_step(solve->host, &drive, &fault)) return trouble(solve, error, "not-finite", fault.text);
     for (int c = 0; c < 3; c++) memcpy(solve->now[c], solve->host->x[c], nodes_of(solve) * sizeof(double));
     return true;
 }

@@ -10,6 +10,7 @@
 #include <stdatomic.h>
 
 #include "compiler/compile.h"
+#include "compiler/frame.h"
 #include "lang/unit.h"
 #include "runtime/camera.h"
 #include "runtime/device.h"
@@ -21,10 +22,12 @@
 #include "runtime/scn.h"
 
 struct ScnScene {
-    ScnStatus status; // of loading
-    Failure failure;  // of the last call that failed
-    Unit unit;        // its arena holds everything that loading made
-    FileBytes file;   // a package's bytes, which its binaries point into
+    ScnStatus status;       // of loading
+    Failure failure;        // of the last call that failed
+    FrameError frame_error; // why the last frame that failed did, and …
+    bool frame_wrong;       // … whether there is one
+    Unit unit;              // its arena holds everything that loading made
+    FileBytes file;         // a package's bytes, which its binaries point into
     bool is_package;
     Package *package;         // NULL where loading failed
     const Diag **diagnostics; // by place
@@ -63,6 +66,9 @@ ScnScene *scene_new(const ScnSceneDesc *desc, const CompileOptions *dumps);
 
 // Sets the failure and returns the status.
 ScnStatus scene_fail(ScnScene *scene, ScnStatus status, const char *format, ...) __attribute__((format(printf, 3, 4)));
+
+// Sets the failure to what is wrong in a frame. Returns SCN_SCENE_WRONG.
+ScnStatus scene_fail_frame(ScnScene *scene, const FrameError *error, double time, double frame);
 
 // Parses or reads, and compiles; `scene->status` and diagnostics say how it went.
 void scene_load(ScnScene *scene, const ScnSceneDesc *desc);

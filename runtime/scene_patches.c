@@ -81,7 +81,7 @@ static bool check_solids(const Plan *plan, const ScenePatches *patches, const do
                 worst = fmax(worst, fabs(shape.x[1][i * shape.nodes + j] - j / (double)(shape.nodes - 1)));
             }
         if (worst < 1e-6) continue;
-        *error = (FrameError){.span = patch->span};
+        *error = (FrameError){.span = patch->span, .code = DIAG_OUT_OF_RANGE};
         snprintf(error->text, sizeof error->text,
                  "out-of-range: patch %s: solid wants a patch whose x and y are u and v, and they are %.2g away: give "
                  "it no other places and forces along x and y, or move the solid",
@@ -97,7 +97,7 @@ bool scene_patches_to(ScnScene *scene, double time, double *values, FrameError *
     Failure failure = {""};
     if (!plan->patch_count) return true;
     if (!scene->patches && !make(scene, &failure)) {
-        *error = (FrameError){.span = {0}};
+        *error = (FrameError){.code = DIAG_NOT_FINITE};
         snprintf(error->text, sizeof error->text, "%.200s", failure.text);
         scene_patches_free(scene);
         return false;

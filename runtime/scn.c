@@ -43,6 +43,17 @@ ScnStatus scene_fail(ScnScene *scene, ScnStatus status, const char *format, ...)
     return status;
 }
 
+ScnStatus scene_fail_frame(ScnScene *scene, const FrameError *error, double time, double frame)
+{
+    char place[4200];
+    const char *text, *code = diag_code_name(frame_error_code(error, &text));
+    scene->frame_error = *error;
+    scene->frame_wrong = true;
+    scene_place(scene, error->span, place, sizeof place);
+    return scene_fail(scene, SCN_SCENE_WRONG, "%s%serror: %s (at %gs, frame %g) [%s]", place, *place ? ": " : "", text,
+                      time, frame, code);
+}
+
 const char *scn_version(void)
 {
     return SCN_VERSION;
@@ -140,6 +151,23 @@ bool scn_diagnostic(const ScnScene *scene, int index, ScnDiagnostic *diagnostic)
     *diagnostic =
         (ScnDiagnostic){.severity = severities[d->severity], .code = diag_code_name(d->code), .text = d->text};
     Region at = region_of(scene, d->span);
+    diagnostic->path = at.path;
+    diagnostic->line = at.line;
+    diagnostic->column = at.column;
+    diagnostic->end_line = at.end_line;
+    diagnostic->end_column = at.end_column;
+    return true;
+}
+
+bool scn_frame_diagnostic(const ScnScene *scene, ScnDiagnostic *diagnostic)
+{
+    if (!scene->frame_wrong) return false;
+    Span span = scene->frame_error.span;
+    *diagnostic = (ScnDiagnostic){.severity = "error"};
+    diagnostic->code = diag_code_name(frame_error_code(&scene->frame_error, &diagnostic->text));
+    Region at = scene->is_package ? (Region){0} : region_of(scene, span);
+    const PackagePlace *place = at.path ? NULL : package_place(scene->package, span);
+    if (place) at = (Region){place->path, place->line, place->column, place->line, place->column + 1};
     diagnostic->path = at.path;
     diagnostic->line = at.line;
     diagnostic->column = at.column;

@@ -116,6 +116,10 @@ SCN_API bool scn_diagnostic(const ScnScene *scene, int index, ScnDiagnostic *dia
 SCN_API bool scn_diagnostic_note(const ScnScene *scene, int index, int note, ScnDiagnosticNote *found);
 SCN_API bool scn_diagnostic_fix(const ScnScene *scene, int index, int fix, ScnFix *found);
 
+// Why scn_render() was SCN_SCENE_WRONG the last time it was: what is wrong in that frame. False: it never was. The text lives until the
+// next such frame. A package knows where it begins and not where it ends.
+SCN_API bool scn_frame_diagnostic(const ScnScene *scene, ScnDiagnostic *diagnostic);
+
 // All of them as the command prints them: with source lines, carets and fixes. "" if there are none. The text lives
 // as long as the scene.
 SCN_API const char *scn_diagnostics_text(ScnScene *scene, bool color);

@@ -147,10 +147,7 @@ static ScnStatus evaluate(ScnScene *scene, double time, double frame)
     if (frame_evaluate(scene->package->plan, &input, scene->values, &error) &&
         scene_patches_to(scene, time, scene->values, &error))
         return SCN_OK;
-    char place[4200];
-    scene_place(scene, error.span, place, sizeof place);
-    return scene_fail(scene, SCN_SCENE_WRONG, "%s%serror: %s (at %gs, frame %g)", place, *place ? ": " : "", error.text,
-                      time, frame);
+    return scene_fail_frame(scene, &error, time, frame);
 }
 
 // The values of some moments of the animation, so that the camera stands still in it, whichever frames are rendered. A

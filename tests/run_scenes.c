@@ -18,8 +18,8 @@
 //     // args: --time 0.5            given to every command, words separated by spaces
 //     // frame-error: text           `scn render` exits with 1 and says this (for what only a frame can show)
 //
-// What stands beside the scene is compared too: `.ast` and `.ir` (scn dump), `.cl` (scn dump --kernel), `.out` and `.err` (standard output and
-// error of scn check), `.png` (scn render). --update, or UPDATE=1 in the environment, writes these files anew instead. Commands run in the folder, so that paths
+// What stands beside the scene is compared too: `.ast` and `.ir` (scn dump), `.cl` (scn dump --kernel), `.err` (standard error of
+// scn check), `.png` (scn render). --update, or UPDATE=1 in the environment, writes these files anew instead. Commands run in the folder, so that paths
 // in messages are bare names; each has its own process and a time limit, so one scene cannot take the others down.
 //
 // --parse: the scenes are about their shape alone, and `scn dump --ast` takes the place of `scn check`.
@@ -474,7 +474,6 @@ static void check_scene(const Suite *suite, Scene *scene)
         complain(scene, "scn %s %s, %d was expected\n%.4000s", suite->parse ? "dump --ast" : "check",
                  describe_status(check.status), wrong ? 1 : 0, check.err.bytes);
     }
-    compare_text(suite, scene, ".out", check.out);
     compare_text(suite, scene, ".err", check.err);
     run_free(&check);
     compare_dump(suite, scene, ".ast", (const char *[]){"dump", "--ast", NULL});

@@ -1,4 +1,4 @@
-# What scn check says: as JSON and as SARIF, which warnings there are, colours, and what lies under the caret.
+# What the commands say: as JSON (as SARIF: tests/editors/sarif.mjs), which warnings there are, colours, and what lies under the caret.
 . "$2/lib.sh"
 unset NO_COLOR
 
@@ -26,33 +26,43 @@ json '.diagnostics[] | select(.code == "shadow") | .severity == "warning"' out
 # Several scenes are one document, and what cannot be read is in it.
 printf 'print "seen";\nsphere(1);\n' >fine.scn
 run 0 "$scn" check --error-format json fine.scn
-json '.errors == 0 and .diagnostics == []' out
-says err seen
+json '.errors == 0 and .diagnostics == [] and .printed == "seen\n"' out
+quiet err
 run 3 "$scn" check --error-format json main.scn nothere.scn fine.scn
 json '.errors == 2 and (.failures | length == 1)' out
 
-# SARIF by its rules.
-sarif() { jq -e -f "$rules" "$1" >verdict 2>&1 || wrong "$(cat verdict)"; }
-rules=$2/sarif.jq
-run 1 "$scn" check --error-format sarif main.scn
-sarif out
-json '.runs[0].results | length == 3' out
-json '.runs[0].results[] | select(.ruleId == "angle-unit") | .relatedLocations[0].message.text == "included from here"' out
-json '.runs[0].results[] | select(.ruleId == "unknown-name") | .fixes[0].artifactChanges[0].replacements[0].insertedContent.text == "move"' out
-run 3 "$scn" check --error-format sarif 'odd näme #1.scn' "$work/main.scn" nothere.scn
-sarif out
-json '[.runs[0].results[].locations[0].physicalLocation.artifactLocation.uri] | index("odd%20n%C3%A4me%20%231.scn") != null' out
-json '[.runs[0].results[].locations[0].physicalLocation.artifactLocation.uri] | any(startswith("file:///"))' out
-json '.runs[0].invocations[0] | .exitCode == 3 and (.executionSuccessful | not) and (.toolExecutionNotifications | length == 1)' out
-run 0 "$scn" check --error-format sarif fine.scn
-sarif out
-# The rules bite: what is left out, added or beyond its range is found.
-for change in 'del(.version)' '.runs[0].extra = 1' '.runs[0].results[0].level = "fatal"' 'del(.runs[0].results[0].message.text)' \
-    '.runs[0].results[0].locations[0].physicalLocation.region.startLine = 0' '.runs[0].results[0].ruleIndex = 0' \
-    '.runs[0].results[0].fixes = [{}]' 'del(.runs[0].tool)'; do
-    "$scn" check --error-format sarif main.scn | jq "$change" >changed
-    jq -e -f "$rules" changed >/dev/null 2>&1 && wrong "the rules find $change"
-done
+# Of other commands it is on standard error, and nothing else is.
+run 1 "$scn" render --error-format json main.scn -o main.png
+quiet out
+json '.errors == 2 and .warnings == 1' err
+run 0 "$scn" render --error-format json -s 8x8 fine.scn -o fine.png
+json '.printed == "seen\n" and .errors == 0 and .failures == []' err
+run 2 "$scn" render --error-format json fine.scn -o fine.txt
+json '.failures | length == 1' err
+run 2 "$scn" info --error-format json --no-such-option fine.scn
+json '.failures | length == 1' err
+printf 'sphere( 1 );\n' >untidy.scn
+run 1 "$scn" fmt --error-format json --check untidy.scn
+json '.diagnostics == []' err
+says out untidy.scn
+
+# What is wrong in a frame has a place and a code, of a scene and of its package.
+printf 'sphere(1);\nassert time < 1s, "too late";\n' >later.scn
+run 1 "$scn" render -s 8x8 -t 2s later.scn -o later.png
+says err 'later.scn:2:8: error: too late (at 2s, frame 48) [assert-failed]'
+run 1 "$scn" render --error-format json -s 8x8 -t 2s later.scn -o later.png
+json '.diagnostics == [{severity: "error", code: "assert-failed", message: "too late", notes: [], fixes: [], at: {path: "later.scn", line: 2, column: 8, end_line: 2, end_column: 17}}]' err
+run 0 "$scn" build --source later.scn -o later.scnk
+run 1 "$scn" run --error-format json -s 8x8 -t 2s later.scnk -o later.png
+json '.diagnostics[0].code == "assert-failed" and .diagnostics[0].at.line == 2' err
+
+# What a scene prints goes to standard error, unless nobody wants it.
+run 0 "$scn" check fine.scn
+says err seen
+quiet out
+run 0 "$scn" check --quiet fine.scn
+quiet err
+
 run 2 "$scn" check --error-format xml fine.scn
 says err 'text, json or sarif'
 
