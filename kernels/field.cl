@@ -76,22 +76,20 @@ static FLOAT field_value(const Tape *tape, const FieldLine *line, FLOAT s, float
 
 // --- the search
 
-// Between p, where F is not positive, and q, where it is: false position that halves the weight of an end that stays (Illinois).
+// Between p, where F is not positive, and q, where it is: false position that halves the weight of an end that stays (Illinois). It ends where the bracket is
+// as narrow as floats can tell, not where a step is short: a step beside an end may be short because F is flat there. So no step is shorter than half of that.
 static FLOAT field_root(const Tape *tape, const FieldLine *line, FLOAT p, FLOAT q, FLOAT fp, FLOAT fq, INT live, float sign, __global FLOAT *memory)
 {
     FLOAT largest = LARGEST;
     fp = most(fp, -largest);
     fq = least(fq, largest);
-    FLOAT before = p;
-    for (int step = 0; step < 40; step++) {
-        FLOAT width = q - p;
-        FLOAT x = q - fq * (width / (fq - fp));
-        INT inside = (x > p) & (x < q);
-        x = (inside & (step % 4 != 3)) ? x : p + 0.5f * width;
-        FLOAT tolerance = 1e-7f * size_of(q) + 1e-12f;
-        INT open = live & (width > tolerance) & (x > p) & (x < q);
-        live = live & (size_of(x - before) > tolerance);
-        before = x;
+    for (int step = 0; step < 60; step++) {
+        FLOAT width = q - p, tolerance = 1.2e-7f * size_of(q) + 1e-12f;
+        FLOAT share = fp / (fp - fq), middle = 0.5f;
+        share = ((share >= 0.0f) & (share <= 1.0f)) ? share : middle;
+        if (step % 4 == 3) share = middle;
+        FLOAT x = least(most(p + share * width, p + tolerance), q - tolerance);
+        INT open = live & (width > 2.0f * tolerance) & (x > p) & (x < q);
         if (!ANY(open)) break;
         FLOAT f = field_value(tape, line, x, sign, memory);
         f = most(least(f, largest), -largest);
@@ -101,7 +99,7 @@ static FLOAT field_root(const Tape *tape, const FieldLine *line, FLOAT p, FLOAT 
         q = up ? x : q;
         p = down ? x : p;
     }
-    return before > p ? least(before, q) : q;
+    return q;
 }
 
 // Where floats cannot go on: the first of a few places at which F is positive.
