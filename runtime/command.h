@@ -15,6 +15,7 @@ int command_check(const Options *options);
 int command_fmt(const Options *options);
 int command_flatten(const Options *options);
 int command_import(const Options *options);
+int command_slice(const Options *options);
 int command_info(const Options *options);
 int command_tree(const Options *options);
 int command_doc(const Options *options);

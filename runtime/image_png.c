@@ -102,6 +102,7 @@ static bool write_picture(PngWriter *writer, const PngDesc *desc)
 {
     const Film *film = desc->film;
     int bits = desc->bits == 16 ? 16 : 8;
+    int width = film ? film->width : desc->width, height = film ? film->height : desc->height;
     if (setjmp(png_jmpbuf(writer->png))) return false;
     png_set_write_fn(writer->png, writer, on_write, on_flush);
     png_set_user_limits(writer->png, FILM_MAX_SIZE, FILM_MAX_SIZE);
@@ -109,13 +110,16 @@ static bool write_picture(PngWriter *writer, const PngDesc *desc)
     // libpng's defaults for files about a tenth larger.
     png_set_compression_level(writer->png, 3);
     png_set_filter(writer->png, 0, PNG_FILTER_UP);
-    png_set_IHDR(writer->png, writer->info, (png_uint_32)film->width, (png_uint_32)film->height, bits,
-                 PNG_COLOR_TYPE_RGB, PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
+    png_set_IHDR(writer->png, writer->info, (png_uint_32)width, (png_uint_32)height, bits, PNG_COLOR_TYPE_RGB,
+                 PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
     png_set_sRGB_gAMA_and_cHRM(writer->png, writer->info, PNG_sRGB_INTENT_RELATIVE);
     put_texts(writer, desc);
     png_write_info(writer->png, writer->info);
-    for (int y = 0; y < film->height; y++) {
-        encode_row(writer, film->color + (size_t)y * (size_t)film->width * 4, film->width, bits, writer->row);
+    for (int y = 0; y < height; y++) {
+        if (film)
+            encode_row(writer, film->color + (size_t)y * (size_t)width * 4, width, bits, writer->row);
+        else
+            desc->row(desc->context, y, writer->row);
         png_write_row(writer->png, writer->row);
     }
     png_write_end(writer->png, writer->info);
@@ -128,7 +132,7 @@ bool image_write_png(const char *path, const PngDesc *desc, Failure *failure)
     if (!whole_open(&writer.file, path, desc->unfinished, failure)) return false;
     fill_steps(writer.steps);
     bool ok = false;
-    writer.row = malloc((size_t)desc->film->width * 6);
+    writer.row = malloc((size_t)(desc->film ? desc->film->width : desc->width) * 6);
     writer.png = png_create_write_struct(PNG_LIBPNG_VER_STRING, &writer, on_error, on_warning);
     if (writer.png) writer.info = png_create_info_struct(writer.png);
     if (!writer.row || !writer.info)

@@ -5,9 +5,15 @@
 #include "runtime/file.h"
 #include "runtime/film.h"
 
+// Fills a row of a picture that is no film: sRGB of 8 bits, three bytes a pixel.
+typedef void PngRow(void *context, int y, uint8_t *row);
+
 typedef struct PngDesc {
-    const Film *film;             // has FILM_COLOR; its alpha is left out, since the background is in the colour
-    int bits;                     // 8 or 16 a channel; 0: 8
+    const Film *film; // has FILM_COLOR; its alpha is left out, since the background is in the colour
+    int bits;         // 8 or 16 a channel; 0: 8
+    PngRow *row;      // instead of a film, with …
+    void *context;
+    int width, height;
     const char *scene, *software; // texts in the file; NULL: none
     Unfinished *unfinished;       // may be NULL
 } PngDesc;

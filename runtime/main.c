@@ -196,6 +196,7 @@ static int run_command(const Options *options)
     case COMMAND_FMT: return command_fmt(options);
     case COMMAND_FLATTEN: return command_flatten(options);
     case COMMAND_IMPORT: return command_import(options);
+    case COMMAND_SLICE: return command_slice(options);
     case COMMAND_INFO: return command_info(options);
     case COMMAND_TREE: return command_tree(options);
     case COMMAND_DOC: return command_doc(options);

@@ -78,6 +78,11 @@ static bool set_size(Options *options, const char *text)
 {
     char *end;
     errno = 0;
+    if (options->command == COMMAND_SLICE && whole(text, 1, FILM_MAX_SIZE, &options->width)) {
+        options->height = 0;
+        return true;
+    }
+    errno = 0;
     long width = strtol(text, &end, 10);
     bool ok = end != text && (*end == 'x' || *end == 'X');
     if (ok && !whole(end + 1, 1, FILM_MAX_SIZE, &options->height)) ok = false;
@@ -260,6 +265,8 @@ static bool set_option(Options *options, OptionId id, const char *value)
     case OPTION_JSON: options->json = true; return true;
     case OPTION_CSV: options->csv = true; return true;
     case OPTION_PROBE: return add(options, options->probes, &options->probe_count, value, "times --probe");
+    case OPTION_PLANE: options->plane = value; return true;
+    case OPTION_WINDOW: options->window = value; return true;
     case OPTION_TIMES: options->times = value; return true;
     case OPTION_SOLVER: return set_solver(options, value);
     case OPTION_SWEEPS: return set_count(options, "sweeps", value, 100000000, &options->sweeps);

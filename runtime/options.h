@@ -44,7 +44,7 @@ typedef struct Options {
     int define_count;
     const char *includes[OPTION_LIMIT];
     int include_count;
-    int width, height; // 0 0: not given
+    int width, height; // 0 0: not given; height 0: the longer side (slice)
     const char *time;  // not yet understood: frames need the scene
     bool frames_given, frames_all;
     int first_frame, last_frame;
@@ -58,6 +58,7 @@ typedef struct Options {
     const char *depfile_path, *depfile_target; // of -MD
     bool depfile;
     const char *times, *patch;
+    const char *plane, *window; // not yet understood
     int solver, sweeps; // of patches: 0 direct, 1 device, 2 iterative (PatchMethod); 0: not given
     bool csv;
     int depth;    // 0: not given

@@ -80,7 +80,7 @@ static void misspelt_words_are_told_with_the_nearest(void **state)
 static void an_option_of_another_command_is_told_as_that(void **state)
 {
     assert_false(parse("check", "a.scn", "--size", "1x1", NULL));
-    assert_says("render, run, doc, bench");
+    assert_says("render, run, slice, doc, bench");
 }
 
 static void wrong_values_are_told_with_what_is_wanted(void **state)
