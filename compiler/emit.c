@@ -182,23 +182,62 @@ static uint32_t emit_advance(Emitter *e, const char *from)
     return result;
 }
 
-// The rank of the leaf at whose boundary the ray is at t: ranks rise within a component, so the last that is set is the lowest.
+// The rank of a leaf where its boundary is at t; where it is asked for, also whether t is in it.
+static void emit_leaf_state(Emitter *e, const PlanShapeNode *node, uint32_t result, const char *t, bool asked)
+{
+    uint32_t n = node->leaf;
+    if (node->kind == SHAPE_QUADRIC)
+        line(e, "UINT rank%u = %s == quadric_%s(roots%u, flags%u) ? (UINT)(ray->nodes[leaf%u].rank) : none;", result, t,
+             e->leave ? "exit" : "entry", n, n, n);
+    else if (node->kind != SHAPE_GROUP)
+        line(e, "UINT rank%u = %s == stretch%u.begin ? (UINT)(ray->nodes[leaf%u].rank) : none;", result, t, n, n);
+    else
+        line(e, "UINT rank%u = %s == stretch%u.begin ? decided%u : none;", result, t, n, n);
+    if (!asked) return;
+    if (node->kind == SHAPE_QUADRIC)
+        line(e, "INT in%u = quadric_%s(roots%u, flags%u, %s) == %s;", result, direction(e), n, n, t, t);
+    else
+        line(e, "INT in%u = (%s >= stretch%u.begin) & (%s < stretch%u.end);", result, t, n, t, n);
+}
+
+// What decides at t, where the root is entered (or left). Of children that all have to be entered: those whose boundaries are there. Of children one of
+// which suffices: the same, but nothing where t is within another of them, since then the boundary is none of theirs. So a face in the plane of a face, but
+// beside it, has no say. `known`: t is in the node, since it is in the root. Returns the number of the variables rank and, where asked for, in.
+static uint32_t emit_state(Emitter *e, const char *t, bool root, bool known, bool asked)
+{
+    const PlanShapeNode *node = &e->shape->nodes[e->next++];
+    uint32_t result = e->serial++;
+    if (is_leaf(node)) {
+        emit_leaf_state(e, node, result, t, asked);
+        return result;
+    }
+    bool all = (node->kind == SHAPE_INTERSECT) != e->leave;
+    bool parts = all ? asked || !known : !root; // whether t is in the children matters
+    uint32_t *children = calloc(node->count, sizeof *children);
+    if (!children) abort();
+    for (uint32_t k = 0; k < node->count; k++) children[k] = emit_state(e, t, false, all && known, parts);
+    line(e, "UINT rank%u = none;", result);
+    for (uint32_t k = 0; k < node->count; k++)
+        line(e, "rank%u = rank%u < rank%u ? rank%u : rank%u;", result, children[k], result, children[k], result);
+    for (uint32_t k = 0; k < node->count && parts; k++) {
+        if (k)
+            line(e, "in%u = in%u %c in%u;", result, result, all ? '&' : '|', children[k]);
+        else
+            line(e, "INT in%u = in%u;", result, children[k]);
+    }
+    if (all && parts) line(e, "rank%u = in%u ? rank%u : none;", result, result, result);
+    for (uint32_t k = 0; k < node->count && parts && !all; k++)
+        line(e, "rank%u = (in%u & (rank%u == none)) ? none : rank%u;", result, children[k], children[k], result);
+    free(children);
+    return result;
+}
+
+// The leaf that decides where the ray is at t; of several the lowest rank.
 static void emit_decided(Emitter *e, const char *t)
 {
-    line(e, "UINT rank = NO_LEAF;");
-    for (uint32_t k = e->shape->node_count; k-- > 0;) {
-        const PlanShapeNode *node = &e->shape->nodes[k];
-        if (!is_leaf(node)) continue;
-        uint32_t n = node->leaf;
-        if (node->kind == SHAPE_QUADRIC)
-            line(e, "rank = %s == quadric_%s(roots%u, flags%u) ? (UINT)(ray->nodes[leaf%u].rank) : rank;", t,
-                 e->leave ? "exit" : "entry", n, n, n);
-        else if (node->kind != SHAPE_GROUP)
-            line(e, "rank = %s == stretch%u.begin ? (UINT)(ray->nodes[leaf%u].rank) : rank;", t, n, n);
-        else
-            line(e, "rank = %s == stretch%u.begin ? decided%u : rank;", t, n, n);
-    }
-    line(e, "*decided = rank;");
+    line(e, "UINT none = NO_LEAF;");
+    e->next = 0;
+    line(e, "*decided = rank%u;", emit_state(e, t, true, true, false));
 }
 
 // Whether the function is the marching through quadrics alone: the intersection of quadrics, entered, or their union, left.

@@ -63,7 +63,16 @@ typedef struct Bezier2 {
 static Bezier2 record_bezier(__global const QuadricRecord *r, FLOAT u, FLOAT v, RayPlace l, RayPlace h)
 {
     Bezier2 a;
-    if (r->flags & RECORD_GENERAL) {
+    if (r->flags & RECORD_PLANES) {
+        FLOAT p = record_plane(r->t0, r->tu, r->tv, u, v);
+        FLOAT q = record_plane(r->h0, r->d, r->e, u, v);
+        FLOAT pl = r->lead * (l.w - p * l.o), ph = r->lead * (h.w - p * h.o), ql, qh;
+        if (r->flags & RECORD_HALF) ql = l.o - r->a * l.w, qh = h.o - r->a * h.w;
+        else ql = l.w - q * l.o, qh = h.w - q * h.o;
+        a.a0 = pl * ql;
+        a.a1 = 0.5f * (pl * qh + ph * ql);
+        a.a2 = ph * qh;
+    } else if (r->flags & RECORD_GENERAL) {
         FLOAT beta = record_beta(r, u, v);
         FLOAT q = record_q(r, u, v);
         a.a0 = l.w * (r->lead * l.w - 2.0f * beta * l.o) + q * l.o * l.o;
@@ -237,16 +246,25 @@ static NOINLINE int freeform_fast(const Ray *ray, uint id, uint begin, uint stop
     float leads[ACTIVE_LIMIT];
     uint flags[ACTIVE_LIMIT], all_flags = 0;
     __global const QuadricRecord *base = ray->records + id;
-    if (base->flags & (RECORD_GENERAL | RECORD_OUTSIDE)) return 0;
+    if (base->flags & (RECORD_GENERAL | RECORD_OUTSIDE | RECORD_STEEP)) return 0;
 
     FLOAT u = ray->u, v = ray->v;
-    FLOAT base_du = u - base->uc, base_dv = v - base->vc;
-    FLOAT base_h2 = closed_h2(base, base_du, base_dv);
-    FLOAT base_tm = record_tm(base, base_du, base_dv);
-    FLOAT base_h = root(base_h2);
+    FLOAT base_tm, base_h2, entry, leaves;
+    if (base->flags & RECORD_PLANES) {
+        Roots roots = record_roots(base, u, v);
+        entry = roots.r0, leaves = roots.r1;
+        base_tm = 0.5f * (entry + leaves);
+        base_h2 = 0.25f * (leaves - entry) * (leaves - entry);
+    } else {
+        FLOAT base_du = u - base->uc, base_dv = v - base->vc;
+        base_h2 = closed_h2(base, base_du, base_dv);
+        base_tm = record_tm(base, base_du, base_dv);
+        FLOAT base_h = root(base_h2);
+        entry = base_tm - base_h, leaves = base_tm + base_h;
+    }
     INT meets = base_h2 > 0.0f;
-    FLOAT entry = meets ? base_tm - base_h : (FLOAT)(INFINITY);
-    FLOAT leaves = meets ? base_tm + base_h : (FLOAT)(INFINITY);
+    entry = meets ? entry : (FLOAT)(INFINITY);
+    leaves = meets ? leaves : (FLOAT)(INFINITY);
     if (ANY((entry <= start) & (leaves > start) & (start < bound))) return 0;
     entry = entry > start ? entry : (FLOAT)(INFINITY);
 

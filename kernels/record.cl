@@ -33,26 +33,58 @@ static FLOAT record_q(__global const QuadricRecord *r, FLOAT u, FLOAT v)
     return r->h0 + u * (r->d + r->a * u + r->b * v) + v * (r->e + r->c * v);
 }
 
+// Where the planes of a record are met.
+static FLOAT record_plane(float at, float along_u, float along_v, FLOAT u, FLOAT v)
+{
+    return at + along_u * u + along_v * v;
+}
+
+static FLOAT beyond_all(FLOAT w)
+{
+    w = w > BIG ? (FLOAT)(INFINITY) : w;
+    return w < -BIG ? (FLOAT)(-INFINITY) : w;
+}
+
+// What few quadrics are, out of line, so that what is inlined is short. Planes seen from the edge or far away; half-spaces, which have one plane; and the
+// general form.
+static NOINLINE Roots unusual_roots(__global const QuadricRecord *r, FLOAT u, FLOAT v)
+{
+    Roots roots;
+    if (r->flags & RECORD_PLANES) {
+        FLOAT p = beyond_all(record_plane(r->t0, r->tu, r->tv, u, v)), q = r->lead > 0.0f ? INFINITY : -INFINITY;
+        if (!(r->flags & RECORD_HALF)) q = beyond_all(record_plane(r->h0, r->d, r->e, u, v));
+        roots.r0 = least(p, q);
+        roots.r1 = most(p, q);
+        return roots;
+    }
+    FLOAT beta = record_beta(r, u, v);
+    FLOAT q = record_q(r, u, v);
+    FLOAT square = beta * beta - r->lead * q;
+    // The root that would cancel is q over the sum that does not.
+    FLOAT h = root(most(square, 0.0f));
+    FLOAT sum = beta < 0.0f ? beta - h : beta + h;
+    FLOAT x = sum / r->lead;
+    FLOAT y = q / sum;
+    y = sum == 0.0f ? x : y;
+    FLOAT low = least(x, y);
+    FLOAT high = most(x, y);
+    low = low < -BIG ? (FLOAT)(-INFINITY) : low;
+    high = high > BIG ? (FLOAT)(INFINITY) : high;
+    INT none = (square < 0.0f) | (low > BIG);
+    roots.r0 = none ? (FLOAT)(INFINITY) : low;
+    roots.r1 = none ? (FLOAT)(INFINITY) : high;
+    return roots;
+}
+
 static Roots record_roots(__global const QuadricRecord *r, FLOAT u, FLOAT v)
 {
     Roots roots;
-    if (r->flags & RECORD_GENERAL) {
-        FLOAT beta = record_beta(r, u, v);
-        FLOAT q = record_q(r, u, v);
-        FLOAT square = beta * beta - r->lead * q;
-        // The root that would cancel is q over the sum that does not.
-        FLOAT h = root(most(square, 0.0f));
-        FLOAT sum = beta < 0.0f ? beta - h : beta + h;
-        FLOAT x = sum / r->lead;
-        FLOAT y = q / sum;
-        y = sum == 0.0f ? x : y;
-        FLOAT low = least(x, y);
-        FLOAT high = most(x, y);
-        low = low < -BIG ? (FLOAT)(-INFINITY) : low;
-        high = high > BIG ? (FLOAT)(INFINITY) : high;
-        INT none = (square < 0.0f) | (low > BIG);
-        roots.r0 = none ? (FLOAT)(INFINITY) : low;
-        roots.r1 = none ? (FLOAT)(INFINITY) : high;
+    if (r->flags & (RECORD_GENERAL | RECORD_STEEP)) return unusual_roots(r, u, v);
+    if (r->flags & RECORD_PLANES) {
+        FLOAT p = record_plane(r->t0, r->tu, r->tv, u, v);
+        FLOAT q = record_plane(r->h0, r->d, r->e, u, v);
+        roots.r0 = least(p, q);
+        roots.r1 = most(p, q);
     } else {
         FLOAT du = u - r->uc;
         FLOAT dv = v - r->vc;
@@ -106,7 +138,23 @@ typedef struct Slope {
 static Slope record_slope(__global const QuadricRecord *r, FLOAT u, FLOAT v, FLOAT w)
 {
     Slope s;
-    if (r->flags & RECORD_GENERAL) {
+    if (r->flags & RECORD_PLANES) {
+        FLOAT p = w - record_plane(r->t0, r->tu, r->tv, u, v);
+        if (r->flags & RECORD_HALF) {
+            FLOAT q = 1.0f - r->a * w;
+            s.value = r->lead * p * q;
+            s.w = r->lead * (q - r->a * p);
+            s.u = -r->lead * r->tu * q;
+            s.v = -r->lead * r->tv * q;
+            return s;
+        }
+        FLOAT q = w - record_plane(r->h0, r->d, r->e, u, v), one = 1.0f;
+        s.value = r->lead * p * q;
+        q = ((p == 0.0f) & (q == 0.0f)) ? one : q; // a slab that is thinner than floats can tell has a normal all the same
+        s.w = r->lead * (p + q);
+        s.u = -r->lead * (q * r->tu + p * r->d);
+        s.v = -r->lead * (q * r->tv + p * r->e);
+    } else if (r->flags & RECORD_GENERAL) {
         FLOAT beta = record_beta(r, u, v);
         s.value = w * (r->lead * w - 2.0f * beta) + record_q(r, u, v);
         s.w = 2.0f * (r->lead * w - beta);

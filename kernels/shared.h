@@ -16,12 +16,14 @@
 #define TILE_SIZE 32     // pixels, square
 #define TILE_PIXELS 1024
 
-// A quadric seen in a view. The numbers mean one of two things:
+// A quadric seen in a view. The numbers mean one of three things:
 //   by its middle, du = U - uc, dv = V - vc:
 //     W² Q = lead ((w - tm)² - h2),  tm = t0 + tu du + tv dv,  h2 = h0 + du (d + a du + b dv) + dv (e + c dv)
 //     where (uc, vc) is the centre of the conic h2 = 0 and d = e = 0 (RECORD_CENTRED), or, where it has none that is near (slabs, cylinders), 0 0
 //   general, where the middle or its root would be too large for floats (planes, very large quadrics, the eye on the surface):
 //     W² Q = lead w² - 2 beta w + q,  beta = t0 + tu U + tv V,  q = h0 + U (d + a U + b V) + V (e + c V)
+//   by planes, of leaves that are slabs and half-spaces: where a ray meets a plane depends on the plane alone, so what they share they share exactly
+//     W² Q = lead (w - p) (w - q),  p = t0 + tu U + tv V,  q = h0 + d U + e V;  of a half-space  W² Q = lead (w - p) W,  a = kappa
 // The roots in w do not depend on a factor of Q. In a leaf the factor is free; in a perturbation it is cbrt(strength / factor of the base), with its sign.
 typedef struct QuadricRecord {
     float uc, vc, h0, a, b, c;
@@ -38,6 +40,9 @@ typedef struct QuadricRecord {
 #define RECORD_SIGNED 4u  // a free form's base: some perturbation has a negative strength
 #define RECORD_GROWS 8u   // a free form's base: some perturbation has a positive strength
 #define RECORD_CENTRED 16u
+#define RECORD_PLANES 32u // the third form
+#define RECORD_HALF 64u   // of a half-space
+#define RECORD_STEEP 128u // its planes are met too far away for their middle to be a float's
 
 // A patch that lifts a free form (compiler/plan.h): its frame's coordinates x, y, z are, times W, (a U + b V + c w + d) of these fours.
 typedef struct LiftRecord {

@@ -185,6 +185,58 @@ double fold_record(const ScreenQuadric *f, double factor, QuadricRecord *r)
     return factor;
 }
 
+// W (n·X - at) = rise (w - (place + along_u U + along_v V)).
+typedef struct ScreenPlane {
+    double place, along_u, along_v, rise;
+} ScreenPlane;
+
+static ScreenPlane fold_plane(const Plane *plane, const Projection *p)
+{
+    double across[3], off = -plane->at;
+    for (int k = 0; k < 3; k++) {
+        const double *axis = p->axis[k], *n = plane->normal;
+        across[k] = p->unit * (n[0] * axis[0] + n[1] * axis[1] + n[2] * axis[2]);
+        off += n[k] * p->origin[k];
+    }
+    // Seen from the edge it is met infinitely far, before or behind all that is seen.
+    double rise = across[2] - p->kappa * off, least = 1e-13 * (p->unit + fabs(off));
+    if (fabs(rise) < least) rise = rise < 0 ? -least : least;
+    return (ScreenPlane){-off / rise, -across[0] / rise, -across[1] / rise, rise};
+}
+
+static double largest_of(const ScreenPlane *s)
+{
+    return fmax(fmax(1, fabs(s->place)), fmax(fabs(s->along_u), fabs(s->along_v)));
+}
+
+double fold_planes(const LeafFace *face, const Projection *projection, QuadricRecord *r)
+{
+    memset(r, 0, sizeof *r);
+    bool half = face->kind == FACE_HALFSPACE;
+    ScreenPlane first = fold_plane(&face->planes[0], projection), second = {.rise = 1};
+    r->flags = RECORD_PLANES;
+    r->t0 = (float)first.place;
+    r->tu = (float)first.along_u;
+    r->tv = (float)first.along_v;
+    double lead = face->factor * first.rise, largest = largest_of(&first);
+    if (half) {
+        r->flags |= RECORD_HALF | RECORD_STEEP;
+        r->a = (float)projection->kappa;
+    } else {
+        second = fold_plane(&face->planes[1], projection);
+        r->h0 = (float)second.place;
+        r->d = (float)second.along_u;
+        r->e = (float)second.along_v;
+        lead *= second.rise;
+        if (largest > REACH || largest_of(&second) > REACH) r->flags |= RECORD_STEEP;
+        largest *= largest_of(&second);
+        if (lead > 0) r->flags |= RECORD_OUTSIDE;
+    }
+    double factor = 1 / (fabs(lead) * largest);
+    r->lead = (float)(factor * lead);
+    return factor;
+}
+
 void fold_hidden(QuadricRecord *r)
 {
     memset(r, 0, sizeof *r);

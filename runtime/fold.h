@@ -6,6 +6,7 @@
 
 #include "kernels/shared.h"
 #include "runtime/camera.h"
+#include "runtime/faces.h"
 
 struct Projection;
 
@@ -28,6 +29,9 @@ double fold_largest(const ScreenQuadric *folded);
 
 // The record of factor * Q. A factor of 0 leaves it open: one that makes it safe for floats. Returns the factor.
 double fold_record(const ScreenQuadric *folded, double factor, QuadricRecord *record);
+
+// The record of a slab or a half-space, by its planes: what depends on one alone is the same for all that have it. Returns the factor, as fold_record().
+double fold_planes(const LeafFace *face, const struct Projection *projection, QuadricRecord *record);
 
 // The record of a leaf that is not shown: empty.
 void fold_hidden(QuadricRecord *record);

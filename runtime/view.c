@@ -154,8 +154,8 @@ bool layout_init(Layout *layout, const Plan *plan)
     layout->items = calloc(layout->item_stride, sizeof *layout->items);
     layout->nodes = calloc(layout->record_count + 1, sizeof *layout->nodes);
     layout->boxes = calloc(layout->record_count + 1, sizeof *layout->boxes);
-    bool fields = field_tables_init(&layout->fields, plan);
-    if (!layout->items || !layout->nodes || !layout->boxes || !fields) {
+    bool fields = field_tables_init(&layout->fields, plan), faces = faces_init(&layout->faces, plan);
+    if (!layout->items || !layout->nodes || !layout->boxes || !fields || !faces) {
         layout_release(layout);
         return false;
     }
@@ -176,6 +176,7 @@ void layout_release(Layout *layout)
     free(layout->nodes);
     free(layout->boxes);
     field_tables_release(&layout->fields);
+    faces_release(&layout->faces);
     *layout = (Layout){0};
 }
 
@@ -332,6 +333,20 @@ static bool is_shown(const Folding *f, const PlanLeaf *leaf)
     return leaf->shown == NO_SLOT || f->values[leaf->shown] != 0;
 }
 
+// Returns what the record has Q multiplied by.
+static double fold_face(const Folding *f, const LeafFace *face, QuadricRecord *record, Box *box)
+{
+    if (face->kind != FACE_QUADRIC) {
+        *box = box_all;
+        return fold_planes(face, f->projection, record);
+    }
+    ScreenQuadric own, folded = {0};
+    fold_quadric(face->quadric, &f->map, &own);
+    fold_add(&folded, face->factor < 0 ? -1 : 1, &own);
+    fold_box(&folded, box);
+    return fold_record(&folded, 0, record) / fabs(face->factor);
+}
+
 static void fold_leaf(Folding *f, const PlanLeaf *leaf)
 {
     uint32_t number = f->number++;
@@ -360,14 +375,10 @@ static void fold_leaf(Folding *f, const PlanLeaf *leaf)
     }
     QuadricRecord unused, *record = f->records ? &f->records[number] : &unused;
     double factor = 1;
-    if (shown) {
-        ScreenQuadric folded;
-        fold_quadric(f->values + leaf->quadric, &f->map, &folded);
-        fold_box(&folded, box);
-        factor = fold_record(&folded, 0, record);
-    } else {
+    if (shown)
+        factor = fold_face(f, &f->layout->faces.leaves[leaf - f->layout->plan->leaves], record, box);
+    else
         fold_hidden(record);
-    }
     if (leaf->kind != LEAF_FREEFORM) return;
     fold_perturbations(f, leaf, shown, factor, record, box);
     fold_lifts(f, leaf, shown, factor, box);
@@ -530,6 +541,7 @@ void view_fold(Layout *layout, const double *values, const Projection *projectio
 void view_frame(Layout *layout, const double *values)
 {
     field_tables_frame(&layout->fields, values);
+    faces_frame(&layout->faces, values);
 }
 
 void view_bounds(Layout *layout, const double *values, Box *box)

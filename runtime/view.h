@@ -17,6 +17,7 @@
 #include "compiler/plan.h"
 #include "kernels/shared.h"
 #include "runtime/camera.h"
+#include "runtime/faces.h"
 #include "runtime/fold_field.h"
 
 // The plan's leaves and perturbations under one numbering (PlanNode in shared.h), and the items that tiles choose from.
@@ -31,6 +32,7 @@ typedef struct Layout {
     uint32_t *components, *perturbations; // of the plan, as they are numbered (runtime/spatial.h)
     Box *boxes;                           // of each number, while folding
     FieldTables fields;
+    Faces faces;
     const struct PatchCells *const *cells; // of the plan's patches, borrowed; NULL among them, or NULL: not solved
 } Layout;
 
@@ -47,7 +49,7 @@ typedef struct Projection {
     double limit;      // w beyond which nothing is seen
 } Projection;
 
-// Before anything of a frame is folded: takes the numbers of its general fields.
+// Before anything of a frame is folded: takes the numbers of its general fields, and of the faces of its leaves.
 void view_frame(Layout *layout, const double *values);
 
 // Bounds of the scene in the world; sides without an end are infinite, an empty scene has low > high.

@@ -332,20 +332,42 @@ static void morph(Maker *m)
     perturbations(m, 1 + below(m, 3), 0.7, 0.5);
 }
 
-// Solids on one grid, so that many of their faces lie in each other.
+// A solid whose faces lie on a coarse grid, or a tube about one of its lines.
+static void block(Maker *m)
+{
+    double s = 0.4 * m->size;
+    switch (below(m, 7)) {
+    case 0: fprintf(m->out, "cylinder(%.9g, height: %.9g)", s, s * (1 + below(m, 2))); break;
+    case 1: fprintf(m->out, "cylinder(%.9g, height: %.9g).move(0, 0, %.9g)", s / 2, 2 * s, s / 2); break;
+    case 2: fprintf(m->out, "sphere(%.9g)", s); return;
+    default: fprintf(m->out, "box(%.9g, %.9g, %.9g)", s * (1 + below(m, 2)), s * (1 + below(m, 2)), s);
+    }
+    fprintf(m->out, ".move(%.9g, %.9g, %.9g)", s / 2 * (below(m, 5) - 2), s / 2 * (below(m, 5) - 2),
+            s / 2 * (below(m, 5) - 2));
+    if (!below(m, 3)) fprintf(m->out, ".paint((%.3f, %.3f, %.3f))", any(m, 0.3, 1), any(m, 0.3, 1), any(m, 0.3, 1));
+}
+
+// Solids on one grid, so that many of their faces lie in each other: side by side, cut flush, and sets of sets of them. Turned and moved as a whole, so
+// that faces that are equal have numbers that are not.
 static void faces(Maker *m)
 {
     double s = 0.4 * m->size;
-    int count = 3 + below(m, 5);
+    int count = 2 + below(m, 3);
+    bool turned = below(m, 2);
+    if (!below(m, 4)) {
+        fprintf(m->out, "(halfspace((0, 0, 1), at: (0, 0, %.9g)) & ", s / 2 * below(m, 2));
+        ball(m, 0.9, 1.2);
+        fprintf(m->out, " | ");
+    } else {
+        fprintf(m->out, "(");
+    }
     fprintf(m->out, "union {\n");
     for (int k = 0; k < count; k++) {
-        fprintf(m->out, "    box(%.9g, %.9g, %.9g).move(%.9g, %.9g, %.9g)", s * (1 + below(m, 2)),
-                s * (1 + below(m, 2)), s, s * below(m, 3) - s, s * below(m, 3) - s, s * below(m, 3) - s);
-        if (!below(m, 3))
-            fprintf(m->out, " - box(%.9g, %.9g, %.9g).move(%.9g, 0, %.9g)", s, s, s, s * below(m, 2), s * below(m, 2));
+        set(m, 2, block);
         fprintf(m->out, ";\n");
     }
-    fprintf(m->out, "    sphere(%.9g); sphere(%.9g);\n}", s, s);
+    fprintf(m->out, "})");
+    if (turned) transform(m, 0.1);
 }
 
 // -- general fields --------------------------------------------------------------------------------------------------------------
