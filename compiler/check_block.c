@@ -253,6 +253,20 @@ static void check_entry_outside(Checker *c, Node *item, Values *values)
     values->joined = poison();
 }
 
+// print("r =", 2) reads as a vector; people who write it come from where print is called.
+static void check_printed(Checker *c, Node *part)
+{
+    bool called = false;
+    for (const Node *one = part->kind == NODE_VECTOR ? part->a : NULL; one; one = one->next)
+        called |= one->kind == NODE_STRING;
+    if (!called) {
+        check_expr(c, part);
+        return;
+    }
+    diag(c->unit, part->span, DIAG_TYPE_MISMATCH, "print has no parentheses: write print \"r =\", r;");
+    for (Node *one = part->a; one; one = one->next) check_expr(c, one);
+}
+
 void check_item(Checker *c, Node *item, Values *values)
 {
     switch (item->kind) {
@@ -293,7 +307,7 @@ void check_item(Checker *c, Node *item, Values *values)
         if (item->b) expect(c, item->b, check_expr(c, item->b), type_of(TYPE_STRING), "the message of an assert");
         break;
     case NODE_PRINT:
-        for (Node *part = item->a; part; part = part->next) check_expr(c, part);
+        for (Node *part = item->a; part; part = part->next) check_printed(c, part);
         break;
     case NODE_ERROR: // one value may have been meant
         values->count = 1;

@@ -26,7 +26,7 @@ typedef struct Calling {
     const Type *receiver; // or NULL
     Argument *arguments;
     uint32_t count, positional;
-    const Callable *callee;
+    const Callable *callee, *first; // the one that is meant, of those under this name
     Call *call;
     Type common; // of the arguments whose types decide the result
     bool bad;    // something was reported
@@ -195,8 +195,11 @@ static void report_generic(Calling *k, const Parameter *p, const Node *node, Typ
              type_text(&k->c->unit->arena, have));
         return;
     }
-    diag(k->c->unit, node->span, DIAG_TYPE_MISMATCH, "%s is %s, and this is %s", parameter_phrase(k, p),
-         wants[p->generic], phrase);
+    const char *hint = k->callee->id == BUILTIN_FIELD && k->callee->kind == CALLABLE_BUILTIN && type_is(have, TYPE_BOOL)
+                           ? ": write what is not negative inside, as 1 - x^2 - y^2"
+                           : "";
+    diag(k->c->unit, node->span, DIAG_TYPE_MISMATCH, "%s is %s, and this is %s%s", parameter_phrase(k, p),
+         wants[p->generic], phrase, hint);
 }
 
 // Joins the type of an argument into what the call's arguments have in common.
@@ -236,6 +239,51 @@ static void check_patch_argument(Calling *k, const Parameter *p, const Node *nod
          type_phrase(&k->c->unit->arena, have));
 }
 
+// The numbers of a vector or of a list where each is an argument of its own, as in box([1, 2, 3]) and a.scale((1, 2, 3)).
+static bool report_numbers_in_brackets(Calling *k, int at, const Node *node, Type have)
+{
+    Arena *arena = &k->c->scratch;
+    bool list = node->kind == NODE_LIST && have.list == 1 && type_is_number(type_element(have));
+    if (!list && node->kind != NODE_VECTOR) return false;
+    const char *all = NULL;
+    uint32_t i = (uint32_t)at;
+    for (const Node *part = node->a; part; part = part->next, i++) {
+        bool number = i < k->callee->count && !k->callee->parameters[i].type.list &&
+                      type_is_number(k->callee->parameters[i].type);
+        if (!number || k->call->bound[i].how != (part == node->a ? BOUND_ONE : BOUND_DEFAULT)) return false;
+        size_t begin = part->span.begin, length = part->span.end - part->span.begin;
+        const Source *source = source_of(&k->c->unit->sources, part->span.begin);
+        const char *text = arena_text(arena, source->text + (begin - source->base), length);
+        bool angle = part->kind == NODE_NUMBER && part->unit == UNIT_NONE && part->number != 0 &&
+                     k->callee->parameters[i].type.angle;
+        if (angle) text = arena_printf(arena, "%sdeg", text);
+        all = all ? arena_printf(arena, "%s, %s", all, text) : text;
+    }
+    Diag *d =
+        diag(k->c->unit, node->span, DIAG_TYPE_MISMATCH,
+             "the numbers of %s stand without brackets of their own: %s(%.60s)", k->callee->name, k->callee->name, all);
+    diag_fix(k->c->unit, d, node->span, FIX_LIKELY, "%s", all);
+    return true;
+}
+
+// Where another way to call it takes something else at this place, both are named.
+static bool report_several(Calling *k, int at, const Node *node, Type have)
+{
+    const Type mine = k->callee->parameters[at].type;
+    const char *wants = type_phrase(&k->c->scratch, mine);
+    bool several = false;
+    for (const Callable *other = k->first; other; other = other->overload) {
+        if (other == k->callee || (uint32_t)at >= other->count || type_is_number(have)) continue;
+        wants =
+            arena_printf(&k->c->scratch, "%s or %s", wants, type_phrase(&k->c->scratch, other->parameters[at].type));
+        several = true;
+    }
+    if (!several || have.kind == TYPE_STRING || type_is_number(mine) || type_is_vector(mine)) return false;
+    diag(k->c->unit, node->span, DIAG_TYPE_MISMATCH, "%s takes %s here, and this is %s", k->callee->name, wants,
+         type_phrase(&k->c->unit->arena, have));
+    return true;
+}
+
 static void check_argument(Calling *k, int at, Node *node, Type have)
 {
     const Parameter *p = &k->callee->parameters[at];
@@ -245,6 +293,7 @@ static void check_argument(Calling *k, int at, Node *node, Type have)
     }
     if (!parameter_takes(p, have)) {
         k->bad = true;
+        if (report_numbers_in_brackets(k, at, node, have) || report_several(k, at, node, have)) return;
         Type want = p->type;
         if (want.list && !have.list) want = type_element(want);
         if (p->generic)
@@ -483,8 +532,10 @@ static void bind_block(Calling *k, const Callable *first)
             k->call->bound[at] = (Bound){.how = BOUND_BLOCK, .node = block};
     } else if (at < 0) {
         k->bad = true;
-        diag(k->c->unit, block->span, DIAG_TOO_MANY_ARGUMENTS, "%s takes no values in its block, only name: value;",
-             k->callee->name);
+        bool formed = type_is(values.joined, TYPE_PERTURBATION) && type_is_field(k->callee->result);
+        diag(k->c->unit, block->span, DIAG_TOO_MANY_ARGUMENTS, "%s takes no values in its block, %s%s%s",
+             k->callee->name, formed ? "and perturbations change a free form: write freeform(" : "only name: value;",
+             formed ? k->callee->name : "", formed ? "(…)) { … }" : "");
     } else if (k->call->bound[at].how != BOUND_DEFAULT) {
         k->bad = true;
         diag(k->c->unit, block->span, DIAG_DUPLICATE_ARGUMENT,
@@ -500,15 +551,17 @@ static void bind_block(Calling *k, const Callable *first)
 
 static void check_missing(Calling *k)
 {
-    const char *all = NULL;
+    const char *all = NULL, *named = NULL;
     for (uint32_t i = 0; i < k->callee->count; i++) {
         const Parameter *p = &k->callee->parameters[i];
         if (k->call->bound[i].how != BOUND_DEFAULT || !is_needed(p)) continue;
+        named = arena_printf(&k->c->scratch, "%s%s%s:", all ? named : "", all ? " …, " : "", p->name);
         all = all ? arena_printf(&k->c->scratch, "%s, %s", all, p->name) : p->name;
     }
     if (!all) return;
     k->bad = true;
-    diag(k->c->unit, k->node->name_span, DIAG_MISSING_ARGUMENT, "%s needs %s", k->callee->name, all);
+    diag(k->c->unit, k->node->name_span, DIAG_MISSING_ARGUMENT, "%s needs %s: write %s(%s …)", k->callee->name, all,
+         k->callee->name, named);
 }
 
 static bool given(const Calling *k, const char *name)
@@ -668,12 +721,32 @@ static void check_block_of_wrong_call(Checker *c, Node *block)
     names_close(c, mark);
 }
 
+// cylinder(1).height(2): what is no word, but an argument of the call before the dot.
+static bool report_argument_behind(Checker *c, const Node *node)
+{
+    const Node *before = node->a;
+    if (!before || before->kind != NODE_CALL || names_find(c, node->name) || lost_name(c->unit, node->name))
+        return false;
+    const Symbol *symbol = before->note ? names_find(c, before->name) : NULL;
+    const Callable *callee = symbol && symbol->kind == SYMBOL_CALLABLE ? symbol->callable : NULL;
+    while (callee && parameter_named(callee, node->name) < 0) callee = callee->overload;
+    if (!callee) return false;
+    diag(c->unit, node->name_span, DIAG_UNKNOWN_NAME, "%s is an argument of %s: write %s(…, %s: …)", node->name,
+         callee->name, callee->name, node->name);
+    return true;
+}
+
 Type check_call(Checker *c, Node *node, const Type *receiver, Symbol *symbol)
 {
     Argument few[FEW];
     Calling k = {.c = c, .node = node, .receiver = receiver, .arguments = few, .common = type_of(TYPE_ANY)};
-    if (!symbol) symbol = names_use(c, node->name, node->name_span, true);
+    bool argument = !symbol && receiver && report_argument_behind(c, node);
+    if (!symbol && !argument) symbol = names_use(c, node->name, node->name_span, true);
     collect(&k);
+    if (argument) {
+        check_block_of_wrong_call(c, node->c);
+        return poison();
+    }
     if (symbol->kind != SYMBOL_CALLABLE) {
         if (symbol->kind != SYMBOL_ERROR) {
             if (symbol->global) check_symbol(c, symbol);
@@ -691,7 +764,8 @@ Type check_call(Checker *c, Node *node, const Type *receiver, Symbol *symbol)
         check_block_of_wrong_call(c, node->c);
         return poison();
     }
-    k.callee = choose(&k, symbol->callable);
+    k.first = symbol->callable;
+    k.callee = choose(&k, k.first);
     if (k.callee->lost) {
         check_block_of_wrong_call(c, node->c);
         return k.callee->declared ? k.callee->result : poison();

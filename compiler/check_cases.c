@@ -59,6 +59,12 @@ static void check_key(Checker *c, Cases *k, Node *key)
         check_default(c, k, key);
         return;
     }
+    if (k->id == BUILTIN_MATCH && key->kind == NODE_NAME && !strcmp(key->name, "_") && !names_find(c, key->name)) {
+        Diag *d = diag(c->unit, key->span, DIAG_UNKNOWN_NAME, "what holds where no case fits is written default: …;");
+        diag_fix(c->unit, d, key->span, FIX_SURE, "default");
+        k->bad = true;
+        return;
+    }
     Type have = check_expr(c, key);
     if (type_bad(have) || type_bad(k->driver)) return;
     if (k->id == BUILTIN_KEYS) {

@@ -28,8 +28,8 @@ static void report_angle(Checker *c, const Node *node, const char *what)
     bool negative = n->kind == NODE_UNARY && n->op == NODE_OP_NEG;
     if (negative) n = bare(n->a);
     if (n->kind != NODE_NUMBER) {
-        diag(c->unit, node->span, DIAG_ANGLE_UNIT, "%s is an angle, and this is a plain number: multiply it by 1deg",
-             what);
+        diag(c->unit, node->span, DIAG_ANGLE_UNIT,
+             "%s is an angle, and this is a plain number: multiply it by 1deg or 1rad", what);
         return;
     }
     const char *text = arena_printf(&c->unit->arena, "%s%.12gdeg", negative ? "-" : "", n->number);
@@ -53,6 +53,9 @@ static void report_unit(Checker *c, const Node *node, Type have, Type want, cons
         Diag *d = diag(c->unit, node->span, DIAG_UNIT_MISMATCH, "%s is a time and needs a unit: write %.12gs", what,
                        n->number);
         diag_fix(c->unit, d, node->span, FIX_LIKELY, "%.12gs", n->number);
+    } else if (type_equal(want, type_number(1, 0)) && type_equal(have, type_number(0, 1))) {
+        diag(c->unit, node->span, DIAG_UNIT_MISMATCH,
+             "%s is an angle, and this is a time: multiply it by an angle a second, 360deg / 1s", what);
     } else if (have.time == want.time + 1 && have.angle == want.angle && !plain) {
         diag(c->unit, node->span, DIAG_UNIT_MISMATCH,
              "%s is %s, and this has a time in it: write (time / 1s) for the time", what, type_phrase(arena, want));
@@ -79,6 +82,8 @@ static const char *kind_hint(Type have, Type want)
     if (single && have.kind == TYPE_STRING && (want.kind == TYPE_MATERIAL || want.kind == TYPE_COLOR))
         return ": write a colour such as #ff8000";
     if (single && have.kind == TYPE_STRING && type_is_numeric(want)) return ": leave out the quotes";
+    if (single && have.kind == TYPE_BOOL && type_is_number(want))
+        return ": by a condition, write if a { 1 } else { 0 }";
     if (single && type_is_number(have) && want.kind == TYPE_RANGE) return ": write 0 .. and a number";
     if (single && type_is_number(have) && want.kind == TYPE_VEC3) return ": write (0, 0, 1)";
     if (single && type_is_number(have) && want.kind == TYPE_COLOR) return ": write gray(…) of it";
@@ -424,7 +429,7 @@ static Type type_equality(Checker *c, const Node *node, Type a, Type b)
                    type_is(a, TYPE_VOLUME) || type_is(b, TYPE_VOLUME);
     if (objects) {
         diag(c->unit, node->name_span, DIAG_COMPARE_OBJECTS,
-             "objects are not compared: ask contains(a, b), collide(a, b) or distance(a, b)");
+             "objects are sets of points and not compared: ask where a point lies, membership(p, of: a)");
         return poison();
     }
     if (type_is_number(a) && type_is_number(b) && !type_same_dimension(a, b)) return unit_mismatch(c, node, a, b);
@@ -453,6 +458,12 @@ static Type check_binary(Checker *c, Node *node, Type a)
     c->body->conditional += logic; // the right side of these is not always evaluated
     Type b = check_expr(c, node->b);
     c->body->conditional -= logic;
+    if (logic && type_is_field(a) && type_is_field(b)) {
+        bool both = node->op == NODE_OP_AND;
+        diag(c->unit, node->name_span, DIAG_TYPE_MISMATCH, "`%s` joins conditions: write a %c b for the %s of objects",
+             both ? "and" : "or", both ? '&' : '|', both ? "intersection" : "union");
+        return poison();
+    }
     if (logic) {
         const char *what = node->op == NODE_OP_AND ? "each side of and" : "each side of or";
         bool left = expect(c, node->a, a, type_of(TYPE_BOOL), what);

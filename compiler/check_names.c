@@ -282,6 +282,7 @@ static const char *nearest_visible(Checker *c, Name name)
     if (local) return local;
     const char **candidates = arena_array(&c->scratch, const char *, c->count);
     int count = 0;
+    const char *later = NULL;
     for (uint32_t i = 0; i < c->capacity; i++) {
         const NameEntry *entry = &c->entries[i];
         if (!entry->name || entry->name == name || (entry->name[0] == '_' && name[0] != '_')) continue;
@@ -290,8 +291,11 @@ static const char *nearest_visible(Checker *c, Name name)
         bool seen = visible_local(c, entry) || there;
         if (!seen && module) seen = of_module(entry->global, module) || of_module(entry->brought, module);
         if (seen) candidates[count++] = entry->name;
+        if (!seen && entry->builtin && nearest_name(name, &entry->name, 1)) later = entry->name;
     }
-    return suggested_name(name, candidates, count);
+    // What is meant may be what is not there yet; then another word is no help either.
+    const char *near = suggested_name(name, candidates, count), *both[] = {near, later};
+    return near && later && nearest_name(name, both, 2) == later ? NULL : near;
 }
 
 const char *names_nearest_in(Checker *c, const Module *module, Name name)

@@ -199,9 +199,12 @@ static void param_limits(Eval *e, const Node *limits, IrParam *param)
     Value value = eval_expr(e, limits);
     if (!const_value(e, limits, &value, "what a param may be")) return;
     if (!value.type.list) {
-        param->ranged = true;
         param->low = value.vector[0].number;
         param->high = value.vector[1].number;
+        param->ranged = param->low <= param->high;
+        if (!param->ranged)
+            complain(e, limits, DIAG_OUT_OF_RANGE, "a range goes up: write low .. high, and this is %s",
+                     value_text(&e->scratch, &value, 6));
         return;
     }
     const char **choices = arena_array(&e->unit->arena, const char *, value.list.count + 1);

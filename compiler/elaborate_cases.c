@@ -106,6 +106,11 @@ static void test_case(Eval *e, const Node *item, void *match)
         choose_case(e, item, m, scalar_of(1));
     } else if (!type_is(key.type, TYPE_STRING)) {
         Scalar condition = fits(e, item->a, &m->driver, &key);
+        Scalar size =
+            type_is(key.type, TYPE_RANGE) ? scalar_op2(e, OP_SUB, item->a, key.vector[1], key.vector[0]) : scalar_of(1);
+        if (!size.id && size.number <= 0)
+            complain(e, item->a, DIAG_EMPTY_RANGE, "no number is in %s: a range goes up, and is without its end here",
+                     value_text(&e->scratch, &key, 6));
         m->bad |= scalar_bad(condition);
         if (condition.id || condition.number != 0) choose_case(e, item, m, condition);
     }

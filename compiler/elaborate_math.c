@@ -256,6 +256,18 @@ static IrOp plain_op(BuiltinId id)
     }
 }
 
+// Between ends that stand the wrong way round there is nothing to clamp to.
+static void test_upward(Eval *e, const Node *at, const Value *range)
+{
+    const Scalar *end = range->vector;
+    Scalar upward = scalar_op2(e, OP_LE, at, end[0], end[1]);
+    if (upward.id && !at_point(e, upward))
+        add_assert(e, at, upward, "out-of-range: the range of clamp goes up: low .. high");
+    else if (!upward.id && upward.number == 0)
+        complain(e, at, DIAG_OUT_OF_RANGE, "the range of clamp goes up, low .. high, and %g > %g", end[0].number,
+                 end[1].number);
+}
+
 Value eval_function(Eval *e, const Node *node, const Call *call, const Value *args)
 {
     Math m = {e, node};
@@ -268,6 +280,7 @@ Value eval_function(Eval *e, const Node *node, const Call *call, const Value *ar
     case BUILTIN_MIN: return extreme(m, call, OP_MIN, &args[0]);
     case BUILTIN_MAX: return extreme(m, call, OP_MAX, &args[0]);
     case BUILTIN_CLAMP:
+        test_upward(e, bound_node(call, 1, node), &args[1]);
         return value_scalar(result, least(m, greatest(m, args[0].scalar, args[1].vector[0]), args[1].vector[1]));
     case BUILTIN_MIX: return mix(m, call, &args[0], &args[1], args[2].scalar);
     case BUILTIN_SMOOTHSTEP: return value_scalar(result, smoothstep(m, &args[0], args[1].scalar));

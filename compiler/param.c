@@ -203,7 +203,9 @@ const char *param_test(Arena *arena, const IrParam *param, const ParamValue *val
             if (!strcmp(*choice, text)) return NULL;
             all = all ? arena_printf(arena, "%s, %s", all, *choice) : *choice;
         }
-        return arena_printf(arena, "%s is none of the choices: write one of %s", text, all ? all : "none");
+        bool numbers = type != PARAM_STRING && type != PARAM_BOOL;
+        return arena_printf(arena, "%s is none of the choices: write one of %s%s", text, all ? all : "none",
+                            numbers ? "; a range is written low .. high" : "");
     }
     if (!param->ranged) return NULL;
     for (int k = 0; k < param_size(type); k++) {

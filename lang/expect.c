@@ -197,7 +197,9 @@ static const struct {
     {" module class struct shape type ", "a shape of one's own is written tag name(r: scalar) { … }"},
     {" import require from using load ", "a file is brought by include \"file.scn\";, a library by use name;"},
     {" return yield ", "a block ends with its value: leave this word out"},
-    {" while repeat loop do foreach ", "a for walks a range or a list: write for i in 0..5 { … }"},
+    {" repeat loop foreach ", "a for walks a range or a list: write for i in 0..5 { … }"},
+    {" while until do ",
+     "values do not change, so nothing is done until they do: a for walks a range or a list, for i in 0..5 { … }"},
     {" var const local set auto double float real int scalar ", "a name gets its value by let: write let a = …;"},
     {" version ", "the version of the language is said by scn 1; in the first line"},
     {" elif elsif elseif ", "another condition is written } else if a { … }"},
@@ -285,8 +287,13 @@ static bool report_after_names(Parser *p, const Token *found, const Expected *e)
              text);
         return true;
     }
-    if (e->value || e->name || !has_mark(e, "=") || !has_mark(e, "{")) return false;
-    if (found->code == ':') {
+    if (e->value || e->name || !has_mark(e, "=")) return false;
+    if (found->code == '(' && has_mark(e, "{")) {
+        diag(p->unit, found->span, DIAG_UNEXPECTED,
+             "a declaration gives its arguments in a block: write %.*s { name: value; }", length, text);
+        return true;
+    }
+    if (found->code == ':' && has_mark(e, "{")) {
         Diag *d = diag(p->unit, found->span, DIAG_UNEXPECTED, "a declaration gives its value with `=`: write %.*s = …",
                        length, text);
         diag_fix(p->unit, d, found->span, FIX_LIKELY, " =");
@@ -312,7 +319,13 @@ static bool follows_lost(const Parser *p, const Token *found)
 static bool report_else(Parser *p, const Token *found, const Expected *e)
 {
     if (!e->item) return false;
-    if (!follows_lost(p, found))
+    const char *behind = text_at(p, found->span.end);
+    while (strchr(" \t\r\n", *behind) && *behind) behind++;
+    if (*behind == ':')
+        diag_fix(p->unit,
+                 diag(p->unit, found->span, DIAG_UNEXPECTED, "what holds where no case fits is written default: …;"),
+                 found->span, FIX_SURE, "default");
+    else if (!follows_lost(p, found))
         diag(p->unit, found->span, DIAG_UNEXPECTED, "an else stands behind the } of an if: if a { … } else { … }");
     return true;
 }
@@ -320,6 +333,14 @@ static bool report_else(Parser *p, const Token *found, const Expected *e)
 static bool report_comma(Parser *p, const Token *found, const Expected *e)
 {
     if (!e->operation || !has_mark(e, ";") || has_mark(e, ",")) return false;
+    const char *at = text_at(p, found->span.begin);
+    if (at > p->source->text && at[-1] >= '0' && at[-1] <= '9' && at[1] >= '0' && at[1] <= '9') {
+        diag_fix(p->unit,
+                 diag(p->unit, found->span, DIAG_UNEXPECTED,
+                      "the point of a number is `.`, and several values need brackets"),
+                 found->span, FIX_GUESS, ".");
+        return true;
+    }
     diag(p->unit, found->span, DIAG_UNEXPECTED,
          "each value ends with `;`; several in one are a vector (0, 0, 5), a list [0, 0, 5], or what a call takes: "
          "f(0, 0, 5)");
@@ -349,15 +370,15 @@ static bool report_known(Parser *p, const Token *found, const Expected *e)
 {
     if (report_foreign_word(p, found) || report_after_names(p, found, e)) return true;
     if (is_value(found->code) && report_second_value(p, found, e)) return true;
+    if (e->string && !e->value && !e->name) {
+        diag(p->unit, found->span, DIAG_UNEXPECTED,
+             "the name of a file stands in double quotes: include \"file.scn\";");
+        return true;
+    }
     switch (found->code) {
     case TOK_ELSE: return report_else(p, found, e);
     case ',': return report_comma(p, found, e);
     case '<':
-        if (e->string && !e->value) {
-            diag(p->unit, found->span, DIAG_UNEXPECTED,
-                 "the name of a file stands in double quotes: include \"file.scn\";");
-            return true;
-        }
         if (!e->value) return false;
         diag(p->unit, found->span, DIAG_FOREIGN_SYNTAX, "a vector is written in parentheses: (0, 0, 1)");
         return true;
@@ -372,6 +393,11 @@ static bool report_known(Parser *p, const Token *found, const Expected *e)
                  diag(p->unit, found->span, DIAG_UNEXPECTED,
                       "values are compared with `==`; `=` stands in let and declarations"),
                  found->span, FIX_GUESS, "==");
+        return true;
+    case TOK_FN:
+        if (!e->value || e->item) return false;
+        diag(p->unit, found->span, DIAG_UNEXPECTED,
+             "a function is no value: write fn name(x: scalar) { … } in the file, and call it by its name");
         return true;
     case ')':
         if (!e->value || e->mark_count) return false;

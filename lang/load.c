@@ -196,15 +196,9 @@ static Loaded *load_file(Loader *l, const char *path, const struct stat *status,
 
 static void report_cycle(Loader *l, const Node *node, const Loaded *file)
 {
-    Diag *d = diag(l->unit, node->name_span, DIAG_INCLUDE_CYCLE,
-                   "%s includes itself: put what both need into a file of its own", file->source->path);
-    Span at = source_of(&l->unit->sources, node->span.begin)->included_at;
-    for (int i = 0; i < 10 && at.end; i++) { // the way back to the file
-        const Source *source = source_of(&l->unit->sources, at.begin);
-        diag_label(l->unit, d, at, "by way of this");
-        if (source == file->source) break;
-        at = source->included_at;
-    }
+    // The way here, which every message shows, is the way round.
+    diag(l->unit, node->name_span, DIAG_INCLUDE_CYCLE, "%s includes itself: put what both need into a file of its own",
+         file->source->path);
 }
 
 static void include(Loader *l, const Loaded *from, Node *node)

@@ -331,7 +331,9 @@ static NumberUnit report_suffix(Scanner *s, uint32_t at, uint32_t digits, uint32
     } else {
         Diag *d = diag(
             s->unit, span, DIAG_UNKNOWN_UNIT,
-            "%s is no unit: there are deg, rad and turn for angles, s, ms and f for times; lengths have none", name);
+            "%s is no unit: there are deg, rad and turn for angles, s, ms and f for times; lengths have none%s", name,
+            suffix_length == 1 ? arena_printf(&s->unit->arena, ", and a product is %.*s * %s", (int)digits, text, name)
+                               : "");
         diag_fix(s->unit, d, span, FIX_GUESS, "%s", "");
     }
     return meant;
@@ -607,6 +609,8 @@ static const struct {
     {0x202F, SKIP, "a narrow space", " "},
     {0x3000, SKIP, "a wide space", " "},
     {0xFEFF, SKIP, "an invisible byte-order mark", ""},
+    {0x00B2, SKIP, "a raised 2", "^2"},
+    {0x00B3, SKIP, "a raised 3", "^3"},
     {0x2212, '-', "a minus sign", "-"},
     {0x2010, '-', "a hyphen", "-"},
     {0x2013, '-', "a dash", "-"},
@@ -656,9 +660,9 @@ int scan_beyond_ascii(Scanner *s, uint32_t at, uint32_t length, uint32_t *used)
         int like = look_alike(code_point);
         if (like >= 0 && i == 0) {
             Span span = scan_span(s, at, bytes);
-            Diag *d = diag(s->unit, span, DIAG_BAD_CHARACTER, "this is %s (U+%04X)%s%s", look_alikes[like].name,
-                           (unsigned)code_point, look_alikes[like].code == SKIP ? ": write a plain space" : ": write ",
-                           look_alikes[like].code == SKIP ? "" : look_alikes[like].instead);
+            bool space = look_alikes[like].code == SKIP && look_alikes[like].instead[0] != '^';
+            Diag *d = diag(s->unit, span, DIAG_BAD_CHARACTER, "this is %s (U+%04X): write %s", look_alikes[like].name,
+                           (unsigned)code_point, space ? "a plain space" : look_alikes[like].instead);
             diag_fix(s->unit, d, span, FIX_SURE, "%s", look_alikes[like].instead);
             *used = bytes;
             return look_alikes[like].code == SKIP ? SKIP : scan_word(s, look_alikes[like].code, at, bytes);
@@ -697,6 +701,8 @@ int scan_control(Scanner *s, uint32_t at, uint32_t length)
         diag(s->unit, span, DIAG_BAD_CHARACTER, "a `\\` stands only in strings; a line needs no mark to go on");
     else if (c == '\'')
         diag(s->unit, span, DIAG_BAD_CHARACTER, "strings are written in double quotes");
+    else if (c == '$')
+        diag(s->unit, span, DIAG_BAD_CHARACTER, "names are written without `$`");
     else if (c > 0x20 && c < 0x7F)
         diag(s->unit, span, DIAG_BAD_CHARACTER, "`%c` is not a character of the language", c);
     else
@@ -711,7 +717,23 @@ void scan_open_comment(Scanner *s)
     diag(s->unit, scan_span(s, s->comment_begin, 2), DIAG_UNTERMINATED_COMMENT,
          "this comment does not end: write */ (comments nest, so each /* in it needs one too)");
     s->unit->lost.shape = true;
-    s->unit->lost.silent = scan_span(s, s->comment_begin, s->source->length - s->comment_begin + 1);
+    // What the item before it lacks may stand in it.
+    uint32_t begin = s->comment_begin;
+    while (begin > 0 && strchr(" \t\r\n", s->source->text[begin - 1])) begin--;
+    s->unit->lost.silent = scan_span(s, begin, s->source->length - begin + 1);
+}
+
+enum { TEXT_PROBE = 8000 }; // bytes that tell a text from other files
+
+// One that got into a text is reported where it stands; other files are full of them.
+static bool has_many_controls(const char *text, uint32_t length)
+{
+    uint32_t count = 0;
+    for (uint32_t i = 0; i < length; i++) {
+        unsigned char c = (unsigned char)text[i];
+        count += c < 0x20 && c != '\t' && c != '\n' && c != '\r' && c != '\f';
+    }
+    return count > 4 && count > length / 32;
 }
 
 // Reports once what is not UTF-8, wherever it stands. False for a text that is of another encoding altogether.
@@ -722,6 +744,10 @@ static bool check_encoding(Scanner *s)
     bool wide = length >= 2 && (memcmp(text, "\xFF\xFE", 2) == 0 || memcmp(text, "\xFE\xFF", 2) == 0);
     if (wide || (length >= 4 && !text[1] && !text[3]) || (length >= 4 && !text[0] && !text[2])) {
         diag(s->unit, scan_span(s, 0, 1), DIAG_BAD_CHARACTER, "the file is UTF-16 or not a text: save it as UTF-8");
+        return false;
+    }
+    if (has_many_controls(text, length < TEXT_PROBE ? length : TEXT_PROBE)) {
+        diag(s->unit, scan_span(s, 0, 1), DIAG_BAD_CHARACTER, "the file is not a text: a scene is written in UTF-8");
         return false;
     }
     for (uint32_t i = 0; i < length;) {

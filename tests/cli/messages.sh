@@ -105,6 +105,12 @@ if command -v script >/dev/null 2>&1; then
     grep -v '^Script' terminal | grep -q "$(printf '\033')" && wrong 'no colours on a dumb terminal'
 fi
 
+# What is no text is one message, whatever is in it.
+cp "$scn" binary
+run 1 "$scn" check binary
+same "$(grep -c 'error:' err)" 1
+says err 'the file is not a text'
+
 # The caret stands under its word behind tabs, wide and combining characters, and line ends of other systems.
 printf '\tlet a = "e\314\201\346\274\242\345\255\227"; wrong_name;\r\n' >wide.scn
 run 1 "$scn" check wide.scn
