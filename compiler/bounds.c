@@ -481,6 +481,19 @@ static void lifted(Scene *s, const PlanLeaf *leaf, Bounds *box)
     }
 }
 
+static Bounds thick_bounds(Scene *s, const PlanLeaf *leaf)
+{
+    const double *patch = s->values + s->plan->patches[leaf->begin].box;
+    double reach = s->values[leaf->thickness] / 2, low[3], high[3];
+    if (!(s->values[leaf->side] > 0)) return everything();
+    if (!(reach > 0)) return nothing();
+    for (int k = 0; k < 3; k++) {
+        low[k] = patch[k] - reach;
+        high[k] = patch[3 + k] + reach;
+    }
+    return framed(s->values + leaf->quadric, low, high);
+}
+
 static Bounds leaf_bounds(Scene *s, const PlanLeaf *leaf)
 {
     if (leaf->kind == LEAF_GROUP) return group_bounds(s, leaf->begin);
@@ -490,6 +503,7 @@ static Bounds leaf_bounds(Scene *s, const PlanLeaf *leaf)
         const double *patch = s->values + s->plan->patches[leaf->begin].box;
         return framed(s->values + leaf->quadric, patch, patch + 3);
     }
+    if (leaf->kind == LEAF_THICK) return thick_bounds(s, leaf);
     Bounds box = bounds_of_quadric(s->values + leaf->quadric);
     if (leaf->kind != LEAF_FREEFORM) return box;
     hull(&box, added_by(s, leaf->begin, leaf->count));

@@ -5,6 +5,7 @@
 
 #include "compiler/evaluator.h"
 #include "compiler/expression.h"
+#include "compiler/object.h"
 
 static Value arg_default(Eval *e, const Call *call, const Value *args, uint32_t i)
 {
@@ -179,11 +180,23 @@ static Value eval_perturb(Eval *e, const Node *node, const Call *call, const Val
     return value;
 }
 
+static bool refuse_thick(Eval *e, const Node *node, const Value *base)
+{
+    bool thick = !base->type.list && object_has_thick(e->ir, base->id);
+    for (uint32_t k = 0; base->type.list && k < base->list.count; k++)
+        thick |= object_has_thick(e->ir, base->list.items[k].id);
+    if (thick)
+        complain(e, node, DIAG_NOT_YET,
+                 "perturbations of a thick patch are not there yet in this version of scn: press the patch instead");
+    return thick;
+}
+
 // freeform and deform: what is formed is evaluated first, since the tools among the parts work on it.
 static Value eval_forming(Eval *e, const Node *node, const Call *call, const Value *receiver)
 {
     Value base = eval_bound(e, node, call, 0, receiver);
     if (value_is_bad(&base)) return value_bad();
+    if (refuse_thick(e, node, &base)) return value_bad();
     if (base.type.list && base.list.count == 0) {
         complain(e, node, DIAG_VALUE_COUNT, "deform wants at least one object");
         return value_bad();

@@ -24,7 +24,7 @@ static MorphSize size_of(const Eval *e, IrId id)
     const MorphSize *sizes = e->morph_sizes;
     if (node->type != IR_FIELD) return (MorphSize){0};
     if (node->op == OP_QUADRIC || node->op == OP_FIELD || node->op == OP_EMPTY) return (MorphSize){1, 0, false};
-    if (node->op == OP_SHEET) return (MorphSize){1, 0, true};
+    if (node->op == OP_SHEET || node->op == OP_THICKEN) return (MorphSize){1, 0, true};
     MorphSize first = sizes[ir_operand(e->ir, id, 0)];
     for (uint32_t k = 1; k < node->count; k++) first.patched |= ir_at(e->ir, ir_operand(e->ir, id, k))->op == OP_LIFT;
     if (node->op == OP_MORPH) {

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "compiler/evaluator.h"
+#include "compiler/object.h"
 
 enum {
     PATCH_GRID,
@@ -365,6 +366,11 @@ static Value eval_displace(Eval *e, const Node *node, const Call *call, const Va
                  "and sets of them");
         return value_bad();
     }
+    if (object_has_thick(e->ir, args[OF].id)) {
+        complain(e, bound_node(call, OF, node), DIAG_NOT_YET,
+                 "to displace a thick patch is not there yet in this version of scn: press or pull the patch instead");
+        return value_bad();
+    }
     if (!footprint(e, node, call, args, &matrix)) return value_bad();
     if (!caps[0].id && !caps[1].id && caps[0].number >= caps[1].number) {
         complain(e, bound_node(call, CAPS, node), DIAG_OUT_OF_RANGE,
@@ -406,6 +412,19 @@ static Value eval_solid(Eval *e, const Node *node, const Value *args)
     return value_node(TYPE_OBJECT, ir_node(e->ir, OP_INTERSECT, span, parts, 4));
 }
 
+static Value eval_thicken(Eval *e, const Node *node, const Call *call, const Value *args)
+{
+    Scalar thickness = args[1].scalar;
+    if (!thickness.id && !(thickness.number > 0)) {
+        complain(e, bound_node(call, 1, node), DIAG_OUT_OF_RANGE,
+                 "a thickness is greater than 0, and this is %g; without one a patch is shown as a sheet",
+                 thickness.number);
+        return value_bad();
+    }
+    IrId patch = sheet_patch(e->ir, args[0].id), side = ir_const(e->ir, 1);
+    return value_node(TYPE_OBJECT, ir_op3(e->ir, OP_THICKEN, span_of(e, node), patch, scalar_id(e, thickness), side));
+}
+
 Value eval_patch_thing(Eval *e, const Node *node, const Call *call, const Value *args)
 {
     switch (call->callee->id) {
@@ -415,6 +434,7 @@ Value eval_patch_thing(Eval *e, const Node *node, const Call *call, const Value 
     case BUILTIN_PIN: return eval_pin(e, node, call, args);
     case BUILTIN_PRESS: return eval_press(e, node, call, args);
     case BUILTIN_DISPLACE: return eval_displace(e, node, call, args);
+    case BUILTIN_THICKEN: return eval_thicken(e, node, call, args);
     case BUILTIN_SOLID: return eval_solid(e, node, args);
     default:
         assert(call->callee->id == BUILTIN_CONTACT && "the things of patches are these");

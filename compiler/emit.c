@@ -76,6 +76,7 @@ static void describe(Emitter *e)
     case SHAPE_FIELD: fputs("field", e->out); return;
     case SHAPE_LIFTED: fputs("lifted free form", e->out); return;
     case SHAPE_SHEET: fputs("sheet", e->out); return;
+    case SHAPE_THICK: fputs("thick sheet", e->out); return;
     case SHAPE_GROUP: fprintf(e->out, "group %u", node->count); return;
     case SHAPE_UNION: fputs("union(", e->out); break;
     case SHAPE_INTERSECT: fputs("intersect(", e->out); break;
@@ -150,6 +151,10 @@ static uint32_t emit_advance(Emitter *e, const char *from)
     case SHAPE_SHEET:
         line(e, "FLOAT t%u = sheet_%s(ray, leaf%u, begin%u, stop%u, &stretch%u, %s, bound);", result, direction(e), n,
              n, n, n, from);
+        return result;
+    case SHAPE_THICK:
+        line(e, "FLOAT t%u = thick_advance(ray, leaf%u, begin%u, stop%u, &stretch%u, %s, bound, %s);", result, n, n, n,
+             n, from, sign);
         return result;
     case SHAPE_GROUP:
         line(e, "FLOAT t%u = group_%u_%s_advance(ray, begin%u, stop%u, &stretch%u, &decided%u, %s, bound);", result,
@@ -322,6 +327,9 @@ static void emit_shape_function(Emitter *e, uint32_t index, bool leave)
                           : "return lifted_first(ray, id, begin, stop, t, bound);");
         else if (root->kind == SHAPE_SHEET)
             line(e, leave ? "return t;" : "return sheet_next(ray, begin, stop, t, bound);");
+        else if (root->kind == SHAPE_THICK)
+            line(e, "return thick_next(ray, id, begin, stop, t, bound, %s, t != t, ray->shadow);",
+                 leave ? "-1.0f" : "1.0f");
         else if (leave)
             line(e, "return freeform_next(ray, id, begin, stop, t, bound, -1.0f, t != t);");
         else
@@ -526,6 +534,7 @@ const char *emit_kernel(Arena *arena, const Plan *plan, size_t *length)
     Emitter e = {.out = open_memstream(&text, &size), .plan = plan};
     if (!e.out) abort();
     bool lifted = plan_has(plan, SHAPE_LIFTED), sheet = plan_has(plan, SHAPE_SHEET);
+    bool thick = plan_has(plan, SHAPE_THICK);
     bool freeform = lifted || plan_has(plan, SHAPE_FREEFORM);
     bool field = plan_has(plan, SHAPE_FIELD), shininess = false;
     for (uint32_t k = 0; k < plan->material_count; k++) shininess |= plan->materials[k].integer_shininess >= 0;
@@ -535,6 +544,7 @@ const char *emit_kernel(Arena *arena, const Plan *plan, size_t *length)
     if (field) fputs("#define HAS_FIELD\n", e.out);
     if (lifted) fputs("#define HAS_LIFTED\n", e.out);
     if (sheet) fputs("#define HAS_SHEET\n", e.out);
+    if (thick) fputs("#define HAS_THICK\n", e.out);
     if (shininess) fputs("#define INTEGER_SHININESS\n", e.out);
     emit_file(&e, "shared.h");
     if (field) emit_file(&e, "tape_shared.h");
@@ -551,6 +561,7 @@ const char *emit_kernel(Arena *arena, const Plan *plan, size_t *length)
     }
     if (lifted) emit_file(&e, "lifted.cl");
     if (sheet) emit_file(&e, "sheet.cl");
+    if (thick) emit_file(&e, "thick.cl");
     emit_structure(&e);
     if (!field) emit_file(&e, "cull.cl");
     emit_file(&e, "shade.cl");

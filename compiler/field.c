@@ -166,7 +166,8 @@ static void node(Builder *b, IrId id)
         b->ok = b->ok && ir_at(b->ir, id)->rate != RATE_POINT;
         if (b->ok) emit(b, (uint32_t[]){FIELD_QUADRIC, slots->quadric(slots->context, id)}, 2);
         return;
-    case OP_SHEET: // no point is inside of a sheet, and its surface has no sign to be found by
+    case OP_THICKEN: // patches are solved for pictures, not for what is asked while a scene is made
+    case OP_SHEET:   // no point is inside of a sheet, and its surface has no sign to be found by
     case OP_EMPTY: emit(b, (uint32_t[]){FIELD_EMPTY}, 1); return;
     case OP_UNION: folded(b, id, FIELD_MAX); return;
     case OP_INTERSECT: folded(b, id, FIELD_MIN); return;

@@ -157,7 +157,7 @@ static IrClass morph_class(const Ir *ir, const IrId *operands)
 static IrClass class_of(const Ir *ir, IrOp op, const IrId *operands, uint32_t count)
 {
     if (ir_ops[op].result != IR_FIELD) return CLASS_NONE;
-    if (op == OP_EMPTY || op == OP_SHEET) return CLASS_SET;
+    if (op == OP_EMPTY || op == OP_SHEET || op == OP_THICKEN) return CLASS_SET;
     if (op == OP_FIELD) return CLASS_GENERAL;
     if (op == OP_QUADRIC) {
         for (uint32_t k = 0; k < count; k++) {

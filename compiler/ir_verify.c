@@ -75,6 +75,7 @@ static void check_class(Verifier *v, const IrNode *node)
         check(v, node->class == (base == CLASS_QUADRIC ? CLASS_FREEFORM : base), "a perturbed quadric is a free form");
         break;
     case OP_EMPTY:
+    case OP_THICKEN:
     case OP_SHEET: check(v, node->class == CLASS_SET, "the empty set and sheets are sets"); break;
     case OP_SHOW:
     case OP_UNION:

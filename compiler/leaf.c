@@ -16,10 +16,25 @@ bool leaf_is_base(const Ir *ir, IrId id)
     return op == OP_QUADRIC || op == OP_FIELD;
 }
 
-bool leaf_is_sheet(const Ir *ir, IrId id)
+static IrOp patch_op(const Ir *ir, IrId id)
 {
     if (ir_at(ir, id)->op == OP_TRANSFORM) id = ir_operand(ir, id, 0);
-    return ir_at(ir, id)->op == OP_SHEET;
+    return ir_at(ir, id)->op;
+}
+
+bool leaf_is_sheet(const Ir *ir, IrId id)
+{
+    return patch_op(ir, id) == OP_SHEET;
+}
+
+bool leaf_is_thick(const Ir *ir, IrId id)
+{
+    return patch_op(ir, id) == OP_THICKEN;
+}
+
+bool leaf_is_patch(const Ir *ir, IrId id)
+{
+    return leaf_is_sheet(ir, id) || leaf_is_thick(ir, id);
 }
 
 bool leaf_is_core(const Ir *ir, IrId id)
@@ -144,13 +159,25 @@ static IrId changed_core(Ir *ir, IrId core, Change *change, IrId (*change_pertur
     return result;
 }
 
+// The same thick patch with another side.
+static IrId changed_side(Ir *ir, IrId leaf, Change *change, IrId argument)
+{
+    IrId matrix, thick = leaf_function(ir, leaf, &matrix);
+    Span span = ir_at(ir, thick)->span;
+    IrId side = change(ir, span, 0, ir_operand(ir, thick, 2), argument);
+    thick = ir_op3(ir, OP_THICKEN, span, ir_operand(ir, thick, 0), ir_operand(ir, thick, 1), side);
+    return matrix ? ir_op2(ir, OP_TRANSFORM, ir_at(ir, leaf)->span, thick, matrix) : thick;
+}
+
 IrId leaf_negate(Ir *ir, IrId core)
 {
+    if (leaf_is_thick(ir, core)) return changed_side(ir, core, negated, 0);
     return changed_core(ir, core, negated, negated_perturbation, 0);
 }
 
 IrId leaf_unless_all(Ir *ir, IrId core, IrId condition)
 {
+    if (leaf_is_thick(ir, core)) return changed_side(ir, core, unless_all, condition);
     return changed_core(ir, core, unless_all, perturbation_unless_all, condition);
 }
 

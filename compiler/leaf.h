@@ -12,6 +12,10 @@ bool leaf_is_core(const Ir *ir, IrId id);
 // of space.
 bool leaf_is_sheet(const Ir *ir, IrId id);
 
+// A patch of a thickness, THICKEN or TRANSFORM(THICKEN, matrix): a leaf that no perturbation changes.
+bool leaf_is_thick(const Ir *ir, IrId id);
+bool leaf_is_patch(const Ir *ir, IrId id); // one of the two
+
 // The ten coefficients of a QUADRIC if all are const.
 bool leaf_const_quadric(const Ir *ir, IrId quadric, double q[10]);
 IrId leaf_quadric(Ir *ir, Span span, const double q[10]);
@@ -22,7 +26,7 @@ IrId leaf_function(const Ir *ir, IrId base, IrId *matrix);
 IrId leaf_negate_base(Ir *ir, IrId base);
 IrId leaf_grow_base(Ir *ir, IrId base, IrId grow); // F + grow
 IrId leaf_negate_perturbation(Ir *ir, IrId perturbation);
-IrId leaf_negate(Ir *ir, IrId core);
+IrId leaf_negate(Ir *ir, IrId leaf); // a core or a thick patch
 
 // COMPLEMENT(SHOW(COMPLEMENT(core), condition)): the core where the condition holds, else all of space.
 IrId leaf_mark_all(Ir *ir, IrId core, IrId condition);
@@ -31,7 +35,7 @@ IrId leaf_mark_all(Ir *ir, IrId core, IrId condition);
 enum { LEAF_MATERIAL_PARTS = 11 };
 extern const double leaf_default_material[LEAF_MATERIAL_PARTS];
 
-// The core where the condition holds, else F = 1 everywhere: all of space.
-IrId leaf_unless_all(Ir *ir, IrId core, IrId condition);
+// The core, or the thick patch, where the condition holds, else F = 1 everywhere: all of space.
+IrId leaf_unless_all(Ir *ir, IrId leaf, IrId condition);
 
 #endif

@@ -172,11 +172,13 @@ static void need_leaf(Lowering *l, IrId id)
     if (parts.paint) values_need(&l->values, parts.paint);
     if (parts.shown) values_need_checked(&l->values, parts.shown);
     if (ir_at(l->ir, parts.base)->op == OP_COMPLEMENT) return; // all of space has constants of its own
-    if (leaf_is_sheet(l->ir, parts.base)) {
-        if (ir_at(l->ir, parts.base)->op == OP_TRANSFORM) values_need(&l->values, ir_operand(l->ir, parts.base, 1));
+    IrId matrix, function = leaf_function(l->ir, parts.base, &matrix);
+    if (leaf_is_patch(l->ir, parts.base)) {
+        if (matrix) values_need(&l->values, matrix);
+        for (uint32_t k = 1; k < ir_at(l->ir, function)->count; k++)
+            values_need_checked(&l->values, ir_operand(l->ir, function, k));
         return;
     }
-    IrId matrix, function = leaf_function(l->ir, parts.base, &matrix);
     if (ir_at(l->ir, function)->op == OP_FIELD) {
         tape_needs(l->ir, ir_operand(l->ir, function, 0), &l->values, need_number);
         if (matrix) values_need_inverse(&l->values, matrix);
@@ -330,12 +332,15 @@ static void take_lifts(Lowering *l, IrId freeform, PlanLeaf *leaf)
 static PlanLeaf sheet_leaf(Lowering *l, IrId id, PlanLeaf leaf)
 {
     static const double identity[12] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
-    bool moved = ir_at(l->ir, id)->op == OP_TRANSFORM;
-    IrId sheet = moved ? ir_operand(l->ir, id, 0) : id;
-    leaf.kind = LEAF_SHEET;
+    IrId matrix, sheet = leaf_function(l->ir, id, &matrix);
+    bool thick = leaf_is_thick(l->ir, id);
+    leaf.kind = thick ? LEAF_THICK : LEAF_SHEET;
     leaf.begin = patch_of(l, ir_operand(l->ir, sheet, 0));
-    leaf.quadric =
-        moved ? values_slot(&l->values, ir_operand(l->ir, id, 1)) : values_constants(&l->values, identity, 12);
+    leaf.quadric = matrix ? values_slot(&l->values, matrix) : values_constants(&l->values, identity, 12);
+    if (thick) {
+        leaf.thickness = values_checked_slot(&l->values, ir_operand(l->ir, sheet, 1));
+        leaf.side = values_checked_slot(&l->values, ir_operand(l->ir, sheet, 2));
+    }
     return leaf;
 }
 
@@ -344,7 +349,7 @@ static PlanLeaf scene_leaf(Lowering *l, IrId id)
     LeafParts parts = leaf_parts(l->ir, id);
     PlanLeaf leaf = {.kind = LEAF_QUADRIC, .shown = NO_SLOT, .material = material_of(l, parts.paint)};
     IrId matrix;
-    if (leaf_is_sheet(l->ir, parts.base)) {
+    if (leaf_is_patch(l->ir, parts.base)) {
         leaf = sheet_leaf(l, parts.base, leaf);
     } else if (ir_at(l->ir, leaf_function(l->ir, parts.base, &matrix))->op == OP_FIELD) {
         leaf = field_leaf(l, parts.base, leaf);

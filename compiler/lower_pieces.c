@@ -54,6 +54,7 @@ static ShapeNodeKind leaf_kind(const Ir *ir, IrId core)
 {
     IrId matrix;
     if (leaf_is_sheet(ir, core)) return SHAPE_SHEET;
+    if (leaf_is_thick(ir, core)) return SHAPE_THICK;
     if (ir_at(ir, leaf_function(ir, core, &matrix))->op == OP_FIELD) return SHAPE_FIELD;
     if (ir_at(ir, core)->op != OP_FREEFORM) return SHAPE_QUADRIC;
     for (uint32_t k = 1; k < ir_at(ir, core)->count; k++)

@@ -227,6 +227,11 @@ bool object_may_hide(const Ir *ir, IrId leaves)
     return has_any(ir, leaves, OP_SHOW, OP_EMPTY);
 }
 
+bool object_has_thick(const Ir *ir, IrId object)
+{
+    return has_any(ir, object, OP_THICKEN, OP_THICKEN);
+}
+
 bool object_is_patched(const Ir *ir, IrId object)
 {
     Arena scratch = {0};
@@ -234,7 +239,8 @@ bool object_is_patched(const Ir *ir, IrId object)
     reached[object] = true;
     for (IrId id = object; id > 0 && !found; id--) {
         if (!reached[id]) continue;
-        found = ir_at(ir, id)->op == OP_SHEET || ir_at(ir, id)->op == OP_LIFT;
+        IrOp op = (IrOp)ir_at(ir, id)->op;
+        found = op == OP_SHEET || op == OP_THICKEN || op == OP_LIFT;
         for (uint32_t k = 0; k < ir_at(ir, id)->count; k++) {
             IrType type = (IrType)ir_at(ir, ir_operand(ir, id, k))->type;
             if (type == IR_FIELD || type == IR_PERTURBATION) reached[ir_operand(ir, id, k)] = true;

@@ -47,6 +47,9 @@ bool object_may_hide(const Ir *ir, IrId leaves);
 // Whether a sheet is a part of it, or a patch displaces one: of these there are no expressions. Any object.
 bool object_is_patched(const Ir *ir, IrId object);
 
+// Whether a thick patch is a part of it, to which nothing can be added. Any object.
+bool object_has_thick(const Ir *ir, IrId object);
+
 // The derivatives of an expression by x, y and z, as expressions. At a crease they are those of the operand that decides,
 // the first where both do; where |a| and sqrt(a) have none they are 0.
 void expression_gradient(Ir *ir, IrId expression, IrId gradient[3]);

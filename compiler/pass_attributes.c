@@ -86,7 +86,7 @@ static uint32_t below(Walk *walk, IrId id, uint32_t k, uint32_t context)
 
 static bool is_leaf(const Ir *ir, IrId id)
 {
-    return ir_at(ir, id)->op == OP_EMPTY || leaf_is_core(ir, id) || leaf_is_sheet(ir, id);
+    return ir_at(ir, id)->op == OP_EMPTY || leaf_is_core(ir, id) || leaf_is_patch(ir, id);
 }
 
 static void down(Walk *walk, IrId id, uint32_t context)

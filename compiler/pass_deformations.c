@@ -31,7 +31,7 @@ static uint32_t below(Walk *walk, IrId id, uint32_t context)
 
 static void down(Walk *walk, IrId id, uint32_t context)
 {
-    if (leaf_is_base(walk->ir, id) || leaf_is_sheet(walk->ir, id)) return;
+    if (leaf_is_base(walk->ir, id) || leaf_is_patch(walk->ir, id)) return;
     uint32_t inner = below(walk, id, context);
     if (is_deformation(walk->ir, id)) {
         walk_reach(walk, ir_operand(walk->ir, id, 0), inner);
@@ -119,7 +119,7 @@ static IrId deformed(Walk *walk, IrId base, uint32_t context)
 static IrId up(Walk *walk, IrId id, uint32_t context)
 {
     if (leaf_is_base(walk->ir, id)) return deformed(walk, id, context);
-    if (ir_at(walk->ir, id)->op == OP_EMPTY || leaf_is_sheet(walk->ir, id)) return id;
+    if (ir_at(walk->ir, id)->op == OP_EMPTY || leaf_is_patch(walk->ir, id)) return id;
     uint32_t inner = below(walk, id, context);
     if (is_deformation(walk->ir, id)) return walk_result(walk, ir_operand(walk->ir, id, 0), inner);
     return walk_rebuild(walk, id, inner);

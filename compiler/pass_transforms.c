@@ -127,6 +127,7 @@ static IrId up(Walk *walk, IrId id, uint32_t context)
     case OP_FIELD: return moved(walk->ir, id, &t->maps[context]);
     case OP_QUADRIC: return folded(walk->ir, id, &t->maps[context]);
     case OP_PERTURB: return perturbation(walk, id, context);
+    case OP_THICKEN:
     case OP_SHEET: return sheet(walk->ir, id, &t->maps[context]);
     case OP_LIFT: return lift(walk->ir, id, &t->maps[context]);
     default: return walk_rebuild(walk, id, context);

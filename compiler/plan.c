@@ -21,7 +21,7 @@ double plan_leaf_field(const Plan *plan, const double *values, const PlanLeaf *l
 {
     if (leaf->shown != NO_SLOT && values[leaf->shown] == 0) return -INFINITY;
     if (leaf->kind == LEAF_FIELD) return field_leaf_at(plan, values, leaf, point);
-    if (leaf->kind == LEAF_SHEET) return -INFINITY;
+    if (leaf->kind == LEAF_SHEET || leaf->kind == LEAF_THICK) return -INFINITY;
     double f = quadric_at(values + leaf->quadric, point);
     if (leaf->kind != LEAF_FREEFORM) return f;
     for (uint32_t k = leaf->begin; k < leaf->begin + leaf->count; k++) {

@@ -35,7 +35,7 @@
 
 typedef uint32_t Slot; // index of a double in the values
 
-typedef enum PlanLeafKind { LEAF_QUADRIC, LEAF_FREEFORM, LEAF_FIELD, LEAF_SHEET, LEAF_GROUP } PlanLeafKind;
+typedef enum PlanLeafKind { LEAF_QUADRIC, LEAF_FREEFORM, LEAF_FIELD, LEAF_SHEET, LEAF_THICK, LEAF_GROUP } PlanLeafKind;
 typedef enum PlanSetKind { SET_UNION, SET_INTERSECT } PlanSetKind;
 
 typedef struct PlanPerturbation {
@@ -58,16 +58,18 @@ typedef struct PlanLift {
 typedef struct PlanLeaf {
     uint32_t kind; // PlanLeafKind
     Slot quadric;  // ten slots: F or the free form's base (LEAF_GROUP: unused); LEAF_FIELD: twelve, the map from
-                   // the world into the expression's coordinates; LEAF_SHEET: twelve, from the patch to the world
+                   // the world into the expression's coordinates; LEAF_SHEET, LEAF_THICK: twelve, from the patch to the
+                   // world
     uint32_t begin,
-        count;         // LEAF_FREEFORM: perturbations; begin is the tape of LEAF_FIELD, the patch of LEAF_SHEET, the
-                       // group of LEAF_GROUP; count 1
+        count; // LEAF_FREEFORM: perturbations; begin is the tape of LEAF_FIELD, the patch of LEAF_SHEET and LEAF_THICK, the
+               // group of LEAF_GROUP; count 1
     uint32_t material; // index into materials (LEAF_GROUP: unused)
     uint32_t
         object; // index into objects: the outermost name above the leaf, so of `object car = body | wheels` it is car
     uint32_t order;             // rank among all leaves as the scene says them
     Slot shown;                 // one slot: 0 hides the leaf (F = -infinity); NO_SLOT: always shown
     uint32_t lifts, lift_count; // LEAF_FREEFORM: with any, it is a SHAPE_LIFTED
+    Slot thickness, side;       // LEAF_THICK: a slot each, as OP_THICKEN
 } PlanLeaf;
 #define NO_SLOT UINT32_MAX
 
@@ -80,6 +82,7 @@ typedef enum ShapeNodeKind {
     SHAPE_FIELD,
     SHAPE_LIFTED, // a free form that a patch lifts
     SHAPE_SHEET,
+    SHAPE_THICK,
     SHAPE_GROUP
 } ShapeNodeKind;
 typedef struct PlanShapeNode {
@@ -248,6 +251,6 @@ double plan_component_field(const Plan *plan, const double *values, uint32_t com
                             uint32_t *leaf);
 double plan_leaf_field(
     const Plan *plan, const double *values, const PlanLeaf *leaf,
-    const double point[3]); // not of LEAF_GROUP; patches are not known here: sheets are empty, lifts 0
+    const double point[3]); // not of LEAF_GROUP; patches are not known here: sheets, thick or not, are empty, lifts 0
 
 #endif

@@ -3,7 +3,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { KIND_BITS = 3, KIND_MASK = 7 };
+#define KIND_BITS 4
+#define KIND_MASK ((1 << KIND_BITS) - 1)
+
+_Static_assert(SHAPE_GROUP <= KIND_MASK, "the kind of a node fits into its bits of a word");
 
 Shapes shapes_new(Arena *scratch)
 {

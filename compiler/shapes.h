@@ -7,7 +7,7 @@
 #include "compiler/pairs.h"
 #include "compiler/plan.h"
 
-// A tree in prefix order, a word a node: its kind in the lowest three bits, above them the number of children or, of
+// A tree in prefix order, a word a node: its kind in the lowest four bits, above them the number of children or, of
 // SHAPE_GROUP, the type.
 typedef struct Shape {
     uint32_t *words, word_count;

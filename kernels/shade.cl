@@ -28,7 +28,7 @@ INLINE Vector surface_normal(const Ray *ray, UINT ranks, INT hits, FLOAT w)
             slope = field_slope(ray, leaf, w, mine);
         } else
 #endif
-#if defined(HAS_FREEFORM) || defined(HAS_SHEET)
+#if defined(HAS_FREEFORM) || defined(HAS_SHEET) || defined(HAS_THICK)
         if (ray->nodes[leaf].count) {
             uint begin = 0;
             while (begin < ray->count && ray->list[begin] <= leaf) begin++;
@@ -38,11 +38,14 @@ INLINE Vector surface_normal(const Ray *ray, UINT ranks, INT hits, FLOAT w)
 #ifdef HAS_SHEET
             if (marks & NODE_SHEET) slope = sheet_slope(ray, begin, stop, mine, w);
 #endif
+#ifdef HAS_THICK
+            if (marks & NODE_THICK) slope = thick_slope(ray, leaf, begin, stop, mine, w);
+#endif
 #ifdef HAS_LIFTED
             if (marks & NODE_LIFTED) slope = lifted_slope(ray, leaf, begin, stop, w);
 #endif
 #ifdef HAS_FREEFORM
-            if (!(marks & (NODE_SHEET | NODE_LIFTED))) slope = freeform_slope(ray, leaf, begin, stop, w);
+            if (!(marks & (NODE_SHEET | NODE_THICK | NODE_LIFTED))) slope = freeform_slope(ray, leaf, begin, stop, w);
 #endif
         } else
 #endif

@@ -67,6 +67,23 @@ typedef struct CellBand {
 // A bicubic cell of a sheet takes three of them: x, y, z of the view's p (ViewConstants.map).
 #define SHEET_RECORDS 3
 
+// A patch of a thickness: the map from a view to the patch's own coordinates about the middle of the patch, which are, times W, (a U + b V + c w + d) of these
+// fours. Behind its number come its cells, in those coordinates.
+typedef struct ThickRecord {
+    float x[4], y[4], z[4];
+    float radius; // half the thickness
+    float side;   // 1: what is within it of the patch; -1: what is not; 0: all of space
+    float size;   // of the patch, for what floats can tell
+    float spare;
+} ThickRecord;
+
+// Behind the three records of a cell: the box around it, with axes of its own.
+typedef struct ThickShape {
+    float middle[3], e[3], f[3], n[3], extent[3];
+    float spare;
+} ThickShape;
+#define THICK_RECORDS 4 // of a cell
+
 // Numbers of the plan. All leaves and perturbations have one number each, in prefix order: a component's first leaf, that leaf's
 // perturbations (or, if it is a group, that group's components), its second leaf … A component is named by the number of its first leaf.
 typedef struct PlanNode {
@@ -76,15 +93,16 @@ typedef struct PlanNode {
     unsigned material, object;
     unsigned rank;     // among the leaves, as the scene says them: what packets keep of a leaf, so the lower wins by min()
     unsigned leaf;     // not of this number: the leaf whose rank this index is
-    unsigned count;    // of perturbations, with NODE_LIFTED or NODE_SHEET where cells follow; NODE_FIELD: it is a general field
+    unsigned count;    // of perturbations, with NODE_LIFTED, NODE_SHEET or NODE_THICK where cells follow; NODE_FIELD: it is a general field
 } PlanNode;
 #define NODE_FIELD 0xffffffffu
 
-// Behind the perturbations of a lifted free form come, for each of its lifts, a LiftRecord and its cells, row by row; behind a sheet's
-// number its cells. Of a cell's node `shape` is the number of its LiftRecord or sheet, `material` and `object` are its place along u and v.
+// Behind the perturbations of a lifted free form come, for each of its lifts, a LiftRecord and its cells, row by row; behind a
+// sheet's number, thick or not, its cells. Of a cell's node `shape` is the number of its LiftRecord or sheet, `material` and `object` are its place along u and v.
 #define NODE_LIFTED 0x80000000u
 #define NODE_SHEET 0x40000000u
-#define NODE_COUNT 0x3fffffffu
+#define NODE_THICK 0x20000000u
+#define NODE_COUNT 0x1fffffffu
 
 // Items are what tiles choose from: components and perturbations, in ascending order of their numbers, which follow
 // space where that is free (runtime/spatial.h). The box of an item in a view is where it can

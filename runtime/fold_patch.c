@@ -71,15 +71,21 @@ void lift_place(const Plan *plan, const double *values, const PlanLift *lift, co
     place->high = fmax(0, box[5]) + margin;
 }
 
-void lift_record(const LiftPlace *place, const ScreenMap *map, LiftRecord *record)
+// The coordinates that a map from the world gives, of places in the view: three rows of a LiftRecord or a ThickRecord.
+static void record_rows(const double inverse[12], const ScreenMap *map, float *x, float *y, float *z)
 {
-    float *const rows[3] = {record->x, record->y, record->z};
+    float *const rows[3] = {x, y, z};
     for (int row = 0; row < 3; row++)
         for (int column = 0; column < 4; column++) {
             double sum = 0;
-            for (int k = 0; k < 4; k++) sum += place->inverse[4 * row + k] * map->column[column][k];
+            for (int k = 0; k < 4; k++) sum += inverse[4 * row + k] * map->column[column][k];
             rows[row][column] = (float)sum;
         }
+}
+
+void lift_record(const LiftPlace *place, const ScreenMap *map, LiftRecord *record)
+{
+    record_rows(place->inverse, map, record->x, record->y, record->z);
     record->low = (float)place->low;
     record->high = (float)place->high;
     record->cells = (float)place->count;
@@ -202,4 +208,137 @@ void sheet_cell(const PatchCells *cells, int i, int j, const double map[12], con
         for (int c = 0; records && c < 3; c++) records[c].points[k] = (float)view[c];
     }
     box_end(box);
+}
+
+// --- thick patches
+
+_Static_assert(sizeof(ThickRecord) == sizeof(QuadricRecord), "it stands in a quadric's place");
+_Static_assert(sizeof(ThickShape) == sizeof(CellRecord), "it stands behind three of a cell's");
+
+void thick_place(const Plan *plan, const double *values, const PlanLeaf *leaf, ThickPlace *place)
+{
+    const double *box = values + plan->patches[leaf->begin].box, *map = values + leaf->quadric;
+    double square = 0;
+    memcpy(place->frame, map, sizeof place->frame);
+    for (int k = 0; k < 3; k++) {
+        place->middle[k] = (box[k] + box[3 + k]) / 2;
+        square += (box[3 + k] - box[k]) * (box[3 + k] - box[k]);
+    }
+    for (int k = 0; k < 3; k++)
+        place->frame[4 * k + 3] = map[4 * k + 3] + map[4 * k] * place->middle[0] + map[4 * k + 1] * place->middle[1] +
+                                  map[4 * k + 2] * place->middle[2];
+    place->radius = values[leaf->thickness] / 2;
+    place->side = values[leaf->side];
+    place->size = sqrt(square) + fabs(place->radius);
+    if (!matrix_inverse(place->frame, place->inverse)) place->radius = 0; // flattened: nothing is left of it
+}
+
+void thick_record(const ThickPlace *place, const ScreenMap *map, ThickRecord *record)
+{
+    memset(record, 0, sizeof *record);
+    if (place->radius > 0) record_rows(place->inverse, map, record->x, record->y, record->z);
+    record->radius = (float)place->radius;
+    record->side = (float)place->side;
+    record->size = (float)place->size;
+}
+
+static double dot3(const double a[3], const double b[3])
+{
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+static void cross3(const double a[3], const double b[3], double r[3])
+{
+    for (int k = 0; k < 3; k++) r[k] = a[(k + 1) % 3] * b[(k + 2) % 3] - a[(k + 2) % 3] * b[(k + 1) % 3];
+}
+
+// Makes `v` a unit vector; another one where it is too short to tell its direction.
+static void make_unit(double v[3], const double other[3])
+{
+    double length = sqrt(dot3(v, v));
+    for (int k = 0; k < 3; k++) v[k] = length > 1e-12 ? v[k] / length : other[k];
+}
+
+// The axes of a cell: along its chord in u, across, and its normal.
+static void cell_axes(const double points[16][3], double axes[3][3])
+{
+    static const double x[3] = {1, 0, 0}, y[3] = {0, 1, 0};
+    double u[3], v[3], aside[3];
+    for (int k = 0; k < 3; k++) {
+        u[k] = points[12][k] + points[15][k] - points[0][k] - points[3][k];
+        v[k] = points[3][k] + points[15][k] - points[0][k] - points[12][k];
+    }
+    make_unit(u, x);
+    cross3(u, fabs(u[0]) < 0.6 ? x : y, aside);
+    make_unit(aside, y);
+    memcpy(axes[0], u, sizeof axes[0]);
+    cross3(u, v, axes[2]);
+    make_unit(axes[2], aside);
+    cross3(axes[2], axes[0], axes[1]);
+}
+
+static void write_shape(const double points[16][3], double size, ThickShape *shape)
+{
+    double axes[3][3];
+    float *const rows[3] = {shape->e, shape->f, shape->n};
+    memset(shape, 0, sizeof *shape);
+    cell_axes(points, axes);
+    for (int a = 0; a < 3; a++) {
+        double low = INFINITY, high = -INFINITY;
+        for (int k = 0; k < 16; k++) {
+            double at = dot3(axes[a], points[k]);
+            low = fmin(low, at);
+            high = fmax(high, at);
+        }
+        shape->extent[a] = (float)((high - low) / 2 + MARGIN * size);
+        for (int k = 0; k < 3; k++) {
+            rows[a][k] = (float)axes[a][k];
+            shape->middle[k] += (float)((low + high) / 2 * axes[a][k]);
+        }
+    }
+}
+
+// The ball of the radius is an ellipsoid in the view: it reaches as far along an axis as the map's row there is long.
+static void thick_box(const ThickPlace *place, const double points[16][3], const Projection *projection, Box *box)
+{
+    double low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY};
+    for (int k = 0; k < 16; k++) {
+        double world[3], view[3];
+        matrix_point(place->frame, points[k], world);
+        to_view(projection, world, view);
+        for (int a = 0; a < 3; a++) {
+            low[a] = fmin(low[a], view[a]);
+            high[a] = fmax(high[a], view[a]);
+        }
+    }
+    for (int a = 0; a < 3; a++) {
+        double square = 0;
+        for (int column = 0; column < 3; column++) {
+            double sum = 0;
+            for (int k = 0; k < 3; k++) sum += projection->axis[a][k] * place->frame[4 * k + column];
+            square += sum * sum;
+        }
+        double reach = place->radius * sqrt(square) / projection->unit;
+        low[a] -= reach;
+        high[a] += reach;
+    }
+    box_begin(box);
+    for (int corner = 0; corner < 8; corner++)
+        box_add(
+            box, projection,
+            (double[3]){corner & 1 ? high[0] : low[0], corner & 2 ? high[1] : low[1], corner & 4 ? high[2] : low[2]});
+    box_end(box);
+}
+
+void thick_cell(const ThickPlace *place, const PatchCells *cells, int i, int j, const Projection *projection,
+                CellRecord *records, Box *box)
+{
+    double points[16][3];
+    for (int k = 0; k < 16; k++)
+        for (int c = 0; c < 3; c++) points[k][c] = cell_points(cells, c, i, j)[k] - place->middle[c];
+    thick_box(place, points, projection, box);
+    if (!records) return;
+    for (int k = 0; k < 16; k++)
+        for (int c = 0; c < 3; c++) records[c].points[k] = (float)points[k][c];
+    write_shape(points, place->size, (ThickShape *)&records[3]);
 }

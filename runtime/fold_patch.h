@@ -51,4 +51,18 @@ void lift_box(const LiftPlace *place, const Projection *projection, Box *box); /
 void sheet_cell(const PatchCells *cells, int i, int j, const double map[12], const Projection *projection,
                 CellRecord *records, Box *box);
 
+// Where a thick patch is: the map from its own coordinates, about their middle, to the world, and how thick it is.
+typedef struct ThickPlace {
+    double frame[12], inverse[12];
+    double middle[3]; // in the patch's coordinates
+    double radius, side, size;
+} ThickPlace;
+
+void thick_place(const Plan *plan, const double *values, const PlanLeaf *leaf, ThickPlace *place);
+void thick_record(const ThickPlace *place, const ScreenMap *map, ThickRecord *record);
+
+// `records` may be NULL: THICK_RECORDS of them.
+void thick_cell(const ThickPlace *place, const PatchCells *cells, int i, int j, const Projection *projection,
+                CellRecord *records, Box *box);
+
 #endif

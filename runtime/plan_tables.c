@@ -68,6 +68,8 @@ static void leaf_record(Record *r, PlanLeaf *leaf)
     record_u32(r, &leaf->shown);
     record_u32(r, &leaf->lifts);
     record_u32(r, &leaf->lift_count);
+    record_u32(r, &leaf->thickness);
+    record_u32(r, &leaf->side);
 }
 
 static void perturbation_record(Record *r, PlanPerturbation *perturbation)
@@ -203,7 +205,7 @@ void plan_record(Record *r, Plan *plan)
     record_table(r, plan->group_types, plan->group_type_count, 8, group_type_record);
     record_table(r, plan->shapes, plan->shape_count, 8, shape_record);
     record_table(r, plan->components, plan->component_count, 8, component_record);
-    record_table(r, plan->leaves, plan->leaf_count, 40, leaf_record);
+    record_table(r, plan->leaves, plan->leaf_count, 48, leaf_record);
     record_table(r, plan->perturbations, plan->perturbation_count, 8, perturbation_record);
     record_table(r, plan->tapes, plan->tape_count, 8, tape_record);
     record_table(r, plan->tape_steps, plan->tape_step_count, 8, tape_step_record);
@@ -380,7 +382,9 @@ static bool check_leaf(const Plan *plan, const PlanLeaf *leaf)
     if (leaf->kind > LEAF_GROUP || leaf->material >= plan->material_count || leaf->object >= plan->object_count)
         return false;
     if (leaf->kind == LEAF_FIELD) return leaf->begin < plan->tape_count && slots_fit(plan, leaf->quadric, 12);
-    if (leaf->kind == LEAF_SHEET) return leaf->begin < plan->patch_count && slots_fit(plan, leaf->quadric, 12);
+    if (leaf->kind == LEAF_SHEET || leaf->kind == LEAF_THICK)
+        return leaf->begin < plan->patch_count && slots_fit(plan, leaf->quadric, 12) &&
+               slots_fit(plan, leaf->thickness, 1) && slots_fit(plan, leaf->side, 1);
     if (leaf->kind == LEAF_FREEFORM && (!range_fits(leaf->begin, leaf->count, plan->perturbation_count) ||
                                         !range_fits(leaf->lifts, leaf->lift_count, plan->lift_count)))
         return false;
@@ -395,6 +399,7 @@ static bool leaf_matches(const Plan *plan, const PlanLeaf *leaf, const PlanShape
     case SHAPE_FIELD: return leaf->kind == LEAF_FIELD;
     case SHAPE_LIFTED: return leaf->kind == LEAF_FREEFORM && leaf->lift_count;
     case SHAPE_SHEET: return leaf->kind == LEAF_SHEET;
+    case SHAPE_THICK: return leaf->kind == LEAF_THICK;
     default: return leaf->kind == LEAF_GROUP && plan->groups[leaf->begin].type == node->count;
     }
 }

@@ -91,6 +91,24 @@ static bool check_solids(const Plan *plan, const ScenePatches *patches, const do
     return true;
 }
 
+// A thickness that a handle or the time has brought to nothing.
+static bool check_thickness(const Plan *plan, const double *values, FrameError *error)
+{
+    for (uint32_t k = 0; k < plan->leaf_count; k++) {
+        const PlanLeaf *leaf = &plan->leaves[k];
+        bool hidden = leaf->shown != NO_SLOT && values[leaf->shown] == 0;
+        if (leaf->kind != LEAF_THICK || hidden || values[leaf->thickness] > 0) continue;
+        const PlanPatch *patch = &plan->patches[leaf->begin];
+        *error = (FrameError){.span = patch->span};
+        snprintf(error->text, sizeof error->text,
+                 "out-of-range: patch %s: its thickness is %g now: it has to be greater than 0; hide it where there is "
+                 "to be none",
+                 patch->name, values[leaf->thickness]);
+        return false;
+    }
+    return true;
+}
+
 bool scene_patches_to(ScnScene *scene, double time, double *values, FrameError *error)
 {
     const Plan *plan = scene->package->plan;
@@ -119,7 +137,7 @@ bool scene_patches_to(ScnScene *scene, double time, double *values, FrameError *
         note_box(patches->cells[k], patches->number, values + plan->patches[k].box);
     }
     if (!same) scene->stats.damaged_checkpoints = damaged;
-    if (!check_solids(plan, patches, values, error)) return false;
+    if (!check_solids(plan, patches, values, error) || !check_thickness(plan, values, error)) return false;
     if (inputs) memcpy(patches->inputs, scene->inputs, inputs);
     patches->time = time;
     patches->solved = true;

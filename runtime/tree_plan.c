@@ -132,7 +132,8 @@ static TreeNode *make_field(Maker *m, const PlanLeaf *leaf)
     if (leaf->kind == LEAF_FIELD) {
         add_tape(m, node, &m->plan->tapes[leaf->begin]);
     } else {
-        node->word = "patch";
+        node->word = leaf->kind == LEAF_THICK ? "thick patch" : "patch";
+        if (leaf->kind == LEAF_THICK) take_movers(m, node, leaf->thickness, 1);
         take_movers(m, node, m->plan->time, 1);
     }
     return node;
@@ -141,7 +142,7 @@ static TreeNode *make_field(Maker *m, const PlanLeaf *leaf)
 static TreeNode *make_leaf(Maker *m, const PlanLeaf *leaf)
 {
     if (leaf->kind == LEAF_GROUP) return make_group(m, leaf->begin);
-    bool field = leaf->kind == LEAF_FIELD || leaf->kind == LEAF_SHEET;
+    bool field = leaf->kind == LEAF_FIELD || leaf->kind == LEAF_SHEET || leaf->kind == LEAF_THICK;
     TreeNode *node = field ? make_field(m, leaf) : tree_quadric(m->tree, m->values + leaf->quadric);
     if (!field) take_movers(m, node, leaf->quadric, QUADRIC_SLOTS);
     node->inside = bounds_of_leaf(m->plan, m->values, leaf);

@@ -55,6 +55,7 @@ static void number_lifts(Numbering *n, const PlanLeaf *leaf)
 static uint32_t leaf_marks(const PlanLeaf *leaf)
 {
     if (leaf->kind == LEAF_SHEET) return NODE_SHEET;
+    if (leaf->kind == LEAF_THICK) return NODE_THICK;
     if (leaf->kind == LEAF_FIELD) return NODE_FIELD;
     return leaf->kind == LEAF_FREEFORM ? leaf->count | (leaf->lift_count ? NODE_LIFTED : 0) : 0;
 }
@@ -80,8 +81,8 @@ static void number_component(Numbering *n, const PlanComponent *component, int d
             n->item += leaf->count;
             n->number += leaf->count;
             number_lifts(n, leaf);
-        } else if (leaf->kind == LEAF_SHEET) {
-            number_cells(n, leaf->begin, SHEET_RECORDS, number);
+        } else if (leaf->kind == LEAF_SHEET || leaf->kind == LEAF_THICK) {
+            number_cells(n, leaf->begin, leaf->kind == LEAF_THICK ? THICK_RECORDS : SHEET_RECORDS, number);
         }
         if (!nodes) continue;
         nodes[number].end = n->number;
@@ -328,6 +329,25 @@ static void fold_sheet(Folding *f, const PlanLeaf *leaf, bool shown, Box *box)
     }
 }
 
+// The cells are in the patch's own coordinates, and rays are moved there.
+static void fold_thick(Folding *f, const PlanLeaf *leaf, bool shown, uint32_t number, Box *box)
+{
+    const PatchCells *cells = cells_of(f, leaf->begin);
+    uint32_t count = f->layout->plan->patches[leaf->begin].nodes - 1;
+    ThickPlace place;
+    thick_place(f->layout->plan, f->values, leaf, &place);
+    if (f->records) thick_record(&place, &f->map, (ThickRecord *)&f->records[number]);
+    for (uint32_t k = 0; k < count * count; k++, f->number += THICK_RECORDS) {
+        CellRecord *records = f->records ? (CellRecord *)&f->records[f->number] : NULL;
+        Box one = box_empty;
+        if (shown && cells && place.radius > 0)
+            thick_cell(&place, cells, (int)(k / count), (int)(k % count), f->projection, records, &one);
+        set_item_box(f, f->item++, &one);
+        box_hull(box, &one);
+    }
+    if (shown && place.side <= 0) *box = box_all;
+}
+
 static bool is_shown(const Folding *f, const PlanLeaf *leaf)
 {
     return leaf->shown == NO_SLOT || f->values[leaf->shown] != 0;
@@ -371,6 +391,10 @@ static void fold_leaf(Folding *f, const PlanLeaf *leaf)
     if (leaf->kind == LEAF_SHEET) {
         if (f->records) fold_hidden(&f->records[number]);
         fold_sheet(f, leaf, shown, box);
+        return;
+    }
+    if (leaf->kind == LEAF_THICK) {
+        fold_thick(f, leaf, shown, number, box);
         return;
     }
     QuadricRecord unused, *record = f->records ? &f->records[number] : &unused;
@@ -559,8 +583,13 @@ bool view_same_geometry(const Layout *layout, const double *values, const double
     for (uint32_t k = 0; k < plan->leaf_count; k++) {
         const PlanLeaf *leaf = &plan->leaves[k];
         if (leaf->shown != NO_SLOT && values[leaf->shown] != others[leaf->shown]) return false;
-        size_t count = leaf->kind == LEAF_GROUP ? 0 : leaf->kind == LEAF_SHEET || leaf->kind == LEAF_FIELD ? 12 : 10;
+        size_t count = leaf->kind == LEAF_GROUP                                                           ? 0
+                       : leaf->kind == LEAF_SHEET || leaf->kind == LEAF_THICK || leaf->kind == LEAF_FIELD ? 12
+                                                                                                          : 10;
         if (count && memcmp(values + leaf->quadric, others + leaf->quadric, count * sizeof *values)) return false;
+        if (leaf->kind == LEAF_THICK &&
+            (values[leaf->thickness] != others[leaf->thickness] || values[leaf->side] != others[leaf->side]))
+            return false;
     }
     for (uint32_t k = 0; k < plan->patch_count; k++)
         if (memcmp(values + plan->patches[k].box, others + plan->patches[k].box, 7 * sizeof *values)) return false;

@@ -1,0 +1,515 @@
+// Patches of a thickness: what is within `radius` of the surface of bicubic cells. Rays are moved to the patch's own coordinates, where the solid is the union of the
+// balls about all places of the surface, so each affine image of one is exact.
+//
+// A ray enters the union where it enters the first ball. That is a minimum over the cells' (s, t), found by halving them: a piece lies in a box along its
+// chords and normal, and what is within radius of that box bounds what its balls can be; a ball about a place of the piece is a ball that is met. A piece is left as soon as
+// its bound is no better than what is met, so no entry is missed by more than the tolerance. A flat piece of length L is off its box by L squared.
+//
+// It leaves the union by going from ball to ball: from a place inside to where it leaves the ball about the nearest place of the surface, until that is a radius away.
+
+#define THICK_DEPTH 48     // pieces that wait
+#define THICK_JUMPS 4096   // balls on the way out
+#define THICK_RELATIVE 2e-6f // of the size of a patch: what floats tell apart
+
+typedef struct ThickBox {
+    float s0, s1, t0, t1;
+} ThickBox;
+
+// A piece of a cell in its box: axes along its u chord and its normal, coordinates about the middle of the chords.
+typedef struct ThickPiece {
+    float3 about, e, f, n;
+    float3 middle, extent; // of the box, in these axes
+    float chord_u, along_v, across_v;
+} ThickPiece;
+
+typedef struct ThickCell {
+    float16 x, y, z; // Bezier points
+} ThickCell;
+
+INLINE float dot_of(float3 a, float3 b)
+{
+    return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+
+INLINE float3 cross_of(float3 a, float3 b)
+{
+    return (float3)(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
+}
+
+INLINE float least16_of(float16 x)
+{
+    float8 a = min(x.lo, x.hi);
+    float4 b = min(a.lo, a.hi);
+    float2 c = min(b.lo, b.hi);
+    return min(c.x, c.y);
+}
+
+INLINE float sum16_of(float16 x)
+{
+    float8 a = x.lo + x.hi;
+    float4 b = a.lo + a.hi;
+    float2 c = b.lo + b.hi;
+    return c.x + c.y;
+}
+
+// The weights of a cubic's points in its polar form at (a, b, c).
+INLINE float4 thick_blossom(float a, float b, float c)
+{
+    float p = 1.0f - a, q = 1.0f - b, r = 1.0f - c;
+    return (float4)(p * q * r, a * q * r + p * b * r + p * q * c, a * b * r + a * q * c + p * b * c, a * b * c);
+}
+
+INLINE float16 thick_along_t(float16 g, float4 w0, float4 w1, float4 w2, float4 w3)
+{
+    float4 a = (float4)(w0.x, w1.x, w2.x, w3.x), b = (float4)(w0.y, w1.y, w2.y, w3.y), c = (float4)(w0.z, w1.z, w2.z, w3.z), d = (float4)(w0.w, w1.w, w2.w, w3.w);
+    return g.s000044448888cccc * (float16)(a, a, a, a) + g.s111155559999dddd * (float16)(b, b, b, b) + g.s22226666aaaaeeee * (float16)(c, c, c, c) +
+           g.s33337777bbbbffff * (float16)(d, d, d, d);
+}
+
+INLINE float16 thick_along_s(float16 g, float4 w0, float4 w1, float4 w2, float4 w3)
+{
+    return g.s0123012301230123 * (float16)((float4)(w0.x), (float4)(w1.x), (float4)(w2.x), (float4)(w3.x)) +
+           g.s4567456745674567 * (float16)((float4)(w0.y), (float4)(w1.y), (float4)(w2.y), (float4)(w3.y)) +
+           g.s89ab89ab89ab89ab * (float16)((float4)(w0.z), (float4)(w1.z), (float4)(w2.z), (float4)(w3.z)) +
+           g.scdefcdefcdefcdef * (float16)((float4)(w0.w), (float4)(w1.w), (float4)(w2.w), (float4)(w3.w));
+}
+
+INLINE float3 thick_direction(float3 v, float3 other)
+{
+    float square = dot_of(v, v);
+    return square > 1e-24f ? v * rsqrt(square) : other;
+}
+
+static NOINLINE ThickPiece thick_piece(const ThickCell *cell, ThickBox box)
+{
+    float4 s0 = thick_blossom(box.s0, box.s0, box.s0), s1 = thick_blossom(box.s0, box.s0, box.s1), s2 = thick_blossom(box.s0, box.s1, box.s1), s3 = thick_blossom(box.s1, box.s1, box.s1);
+    float4 t0 = thick_blossom(box.t0, box.t0, box.t0), t1 = thick_blossom(box.t0, box.t0, box.t1), t2 = thick_blossom(box.t0, box.t1, box.t1), t3 = thick_blossom(box.t1, box.t1, box.t1);
+    float16 x = thick_along_s(thick_along_t(cell->x, t0, t1, t2, t3), s0, s1, s2, s3);
+    float16 y = thick_along_s(thick_along_t(cell->y, t0, t1, t2, t3), s0, s1, s2, s3);
+    float16 z = thick_along_s(thick_along_t(cell->z, t0, t1, t2, t3), s0, s1, s2, s3);
+    float3 p00 = (float3)(x.s0, y.s0, z.s0), p01 = (float3)(x.s3, y.s3, z.s3), p10 = (float3)(x.sc, y.sc, z.sc), p11 = (float3)(x.sf, y.sf, z.sf);
+    float3 u = 0.5f * ((p10 + p11) - (p00 + p01)), v = 0.5f * ((p01 + p11) - (p00 + p10));
+    ThickPiece p;
+    p.about = 0.25f * ((p00 + p01) + (p10 + p11));
+    p.e = thick_direction(u, (float3)(1.0f, 0.0f, 0.0f));
+    float3 aside = fabs(p.e.x) < 0.6f ? (float3)(1.0f, 0.0f, 0.0f) : (float3)(0.0f, 1.0f, 0.0f);
+    aside = cross_of(p.e, aside);
+    p.n = thick_direction(cross_of(p.e, v), aside * rsqrt(dot_of(aside, aside)));
+    p.f = cross_of(p.n, p.e);
+    p.chord_u = dot_of(u, p.e);
+    p.along_v = dot_of(v, p.e);
+    p.across_v = dot_of(v, p.f);
+    x -= p.about.x;
+    y -= p.about.y;
+    z -= p.about.z;
+    float16 a = x * p.e.x + y * p.e.y + z * p.e.z, b = x * p.f.x + y * p.f.y + z * p.f.z, c = x * p.n.x + y * p.n.y + z * p.n.z;
+    float3 low = (float3)(least16_of(a), least16_of(b), least16_of(c)), high = -(float3)(least16_of(-a), least16_of(-b), least16_of(-c));
+    p.middle = 0.5f * (low + high);
+    p.extent = 0.5f * (high - low);
+    return p;
+}
+
+// A place of space in the piece's axes.
+INLINE float3 thick_local(const ThickPiece *p, float3 at)
+{
+    at -= p->about;
+    return (float3)(dot_of(at, p->e), dot_of(at, p->f), dot_of(at, p->n));
+}
+
+INLINE float3 thick_turned(const ThickPiece *p, float3 way)
+{
+    return (float3)(dot_of(way, p->e), dot_of(way, p->f), dot_of(way, p->n));
+}
+
+// Distance from a place in the piece's axes to its box.
+INLINE float thick_gap(const ThickPiece *p, float3 q)
+{
+    float3 beyond = max(fabs(q - p->middle) - p->extent, (float3)(0.0f));
+    return sqrt(dot_of(beyond, beyond));
+}
+
+// Where on the piece a place in its axes is, if the piece is flat.
+INLINE float2 thick_guess(const ThickPiece *p, ThickBox box, float3 q)
+{
+    float t = fabs(p->across_v) > 1e-12f ? q.y / p->across_v : 0.0f;
+    float s = p->chord_u > 1e-12f ? (q.x - p->along_v * t) / p->chord_u : 0.0f;
+    return (float2)(box.s0 + clamp(0.5f + s, 0.0f, 1.0f) * (box.s1 - box.s0), box.t0 + clamp(0.5f + t, 0.0f, 1.0f) * (box.t1 - box.t0));
+}
+
+INLINE float3 thick_sum(const ThickCell *cell, float4 a, float4 b)
+{
+    float16 w = (float16)(a.x * b, a.y * b, a.z * b, a.w * b);
+    return (float3)(sum16_of(cell->x * w), sum16_of(cell->y * w), sum16_of(cell->z * w));
+}
+
+INLINE float4 thick_weights(float s)
+{
+    float r = 1.0f - s;
+    return (float4)(r * r * r, 3.0f * r * r * s, 3.0f * r * s * s, s * s * s);
+}
+
+INLINE float4 thick_slopes(float s)
+{
+    float r = 1.0f - s;
+    return (float4)(-3.0f * r * r, 3.0f * r * (r - 2.0f * s), 3.0f * s * (2.0f * r - s), 3.0f * s * s);
+}
+
+INLINE float3 thick_place(const ThickCell *cell, float2 st)
+{
+    return thick_sum(cell, thick_weights(st.x), thick_weights(st.y));
+}
+
+// Whether a piece is halved along s: along what is longer, but a piece whose chords vanish may be long along neither, so both sides get shorter in turn.
+INLINE int thick_splits_s(const ThickPiece *p, ThickBox box)
+{
+    float s = box.s1 - box.s0, t = box.t1 - box.t0;
+    return p->extent.x >= p->extent.y ? 8.0f * s > t : s > 8.0f * t;
+}
+
+INLINE int thick_is_small(const ThickPiece *p, ThickBox box, float tolerance)
+{
+    return p->extent.x + p->extent.y < tolerance || (box.s1 - box.s0) + (box.t1 - box.t0) < 1e-5f;
+}
+
+// One step of Gauss and Newton from (s, t) towards the place of the cell that is nearest to `at`.
+static NOINLINE float2 thick_nearer(const ThickCell *cell, float2 st, float3 at)
+{
+    float4 us = thick_weights(st.x), vs = thick_weights(st.y);
+    float3 way = at - thick_sum(cell, us, vs);
+    float3 by_s = thick_sum(cell, thick_slopes(st.x), vs), by_t = thick_sum(cell, us, thick_slopes(st.y));
+    float a = dot_of(by_s, by_s), b = dot_of(by_s, by_t), c = dot_of(by_t, by_t), p = dot_of(by_s, way), q = dot_of(by_t, way);
+    float det = a * c - b * b;
+    float2 step = det > 1e-7f * a * c ? (float2)((p * c - q * b) / det, (q * a - p * b) / det) : (float2)(0.0f);
+    float2 next = clamp(st + step, 0.0f, 1.0f);
+    // Held by one side the other goes on alone.
+    if (next.x != st.x + step.x && c > 0.0f) next.y = clamp(st.y + (q - b * (next.x - st.x)) / c, 0.0f, 1.0f);
+    else if (next.y != st.y + step.y && a > 0.0f) next.x = clamp(st.x + (p - b * (next.y - st.y)) / a, 0.0f, 1.0f);
+    return next;
+}
+
+INLINE ThickCell thick_cell(__global const CellRecord *records)
+{
+    return (ThickCell){vload16(0, records[0].points), vload16(0, records[1].points), vload16(0, records[2].points)};
+}
+
+// A ray in the patch's coordinates: from + l way, l a length.
+typedef struct ThickRay {
+    float3 from, way;
+    float radius, tolerance;
+} ThickRay;
+
+// The stretch of a ray within a radius of the box of a piece, or of a cell: bounds of it. low > high: none.
+INLINE float2 thick_stretch(float3 o, float3 d, float3 extent, float radius)
+{
+    float3 safe = select(d, (float3)(1e-12f), fabs(d) < 1e-12f), grown = extent + radius;
+    float3 a = (-grown - o) / safe, b = (grown - o) / safe;
+    float3 low = min(a, b), high = max(a, b);
+    float round = sqrt(dot_of(extent, extent)) + radius, middle = -dot_of(o, d);
+    float square = round * round - (dot_of(o, o) - middle * middle);
+    if (square < 0.0f) return (float2)(1.0f, -1.0f);
+    float reach = sqrt(square);
+    return (float2)(max(max(low.x, low.y), max(low.z, middle - reach)), min(min(high.x, high.y), min(high.z, middle + reach)));
+}
+
+// Where the ray enters the ball about a place: what is met first so far.
+INLINE void thick_meet(const ThickRay *ray, float3 centre, float from, int known, float *best, float *entry)
+{
+    float3 way = centre - ray->from;
+    float middle = dot_of(way, ray->way);
+    float3 off = way - middle * ray->way;
+    float square = ray->radius * ray->radius - dot_of(off, off);
+    *entry = middle;
+    if (square < -2.0f * ray->radius * ray->tolerance) return;
+    float reach = sqrt(max(square, 0.0f)), low = middle - reach; // what is touched within the tolerance is met
+    *entry = low;
+    if (known ? low <= from + ray->tolerance : middle + reach <= from) return;
+    *best = min(*best, max(low, from));
+}
+
+// Lowers `best` to where the ray enters what is about a cell, if that is before it.
+static NOINLINE float thick_enter(const ThickRay *ray, const ThickCell *cell, float from, int known, float best, int look)
+{
+    ThickBox stack[THICK_DEPTH];
+    float tolerance = ray->tolerance, behind = known ? from + tolerance : from;
+    int count = 1;
+    stack[0] = (ThickBox){0.0f, 1.0f, 0.0f, 1.0f};
+    while (count) {
+        ThickBox box = stack[--count];
+        ThickPiece piece = thick_piece(cell, box);
+        float3 o = thick_local(&piece, ray->from), d = thick_turned(&piece, ray->way);
+        float2 stretch = thick_stretch(o - piece.middle, d, piece.extent, ray->radius);
+        float low = max(stretch.x, from);
+        if (!(low <= stretch.y) || stretch.y <= behind || low >= best - tolerance) continue;
+        for (int k = 0; k < 6; k++) { // the rim is round
+            float gap = thick_gap(&piece, o + low * d) - ray->radius;
+            if (gap <= 0.25f * tolerance) break;
+            low += gap;
+        }
+        if (low > stretch.y || low >= best - tolerance) continue;
+        float2 st = thick_guess(&piece, box, o + low * d);
+        float entry;
+        thick_meet(ray, thick_place(cell, st), from, known, &best, &entry);
+        float2 better = thick_nearer(cell, st, ray->from + max(entry, low) * ray->way);
+        thick_meet(ray, thick_place(cell, better), from, known, &best, &entry);
+        if (look || low >= best - tolerance || thick_is_small(&piece, box, tolerance) || count + 2 > THICK_DEPTH) continue;
+        ThickBox first = box, second = box;
+        int upper;
+        if (thick_splits_s(&piece, box)) {
+            first.s1 = second.s0 = 0.5f * (box.s0 + box.s1);
+            upper = st.x > first.s1;
+        } else {
+            first.t1 = second.t0 = 0.5f * (box.t0 + box.t1);
+            upper = st.y > first.t1;
+        }
+        stack[count++] = upper ? first : second;
+        stack[count++] = upper ? second : first;
+    }
+    return best;
+}
+
+// What is nearest to a place so far, and at what distance the search may end.
+typedef struct ThickNearest {
+    float3 at, place;
+    float distance, enough;
+} ThickNearest;
+
+INLINE void thick_compare(ThickNearest *nearest, float3 place)
+{
+    float gap = sqrt(dot_of(nearest->at - place, nearest->at - place));
+    if (gap < nearest->distance) {
+        nearest->distance = gap;
+        nearest->place = place;
+    }
+}
+
+static NOINLINE void thick_nearest(ThickNearest *nearest, const ThickCell *cell, float tolerance)
+{
+    ThickBox stack[THICK_DEPTH];
+    int count = 1;
+    stack[0] = (ThickBox){0.0f, 1.0f, 0.0f, 1.0f};
+    while (count && nearest->distance > nearest->enough) {
+        ThickBox box = stack[--count];
+        ThickPiece piece = thick_piece(cell, box);
+        float3 q = thick_local(&piece, nearest->at);
+        float gap = thick_gap(&piece, q);
+        if (gap >= nearest->distance - tolerance) continue;
+        float2 st = thick_guess(&piece, box, q);
+        for (int k = 0; k < 3; k++) {
+            thick_compare(nearest, thick_place(cell, st));
+            st = thick_nearer(cell, st, nearest->at);
+        }
+        thick_compare(nearest, thick_place(cell, st));
+        if (gap >= nearest->distance - tolerance || thick_is_small(&piece, box, tolerance) || count + 2 > THICK_DEPTH) continue;
+        ThickBox first = box, second = box;
+        if (thick_splits_s(&piece, box)) first.s1 = second.s0 = 0.5f * (box.s0 + box.s1);
+        else first.t1 = second.t0 = 0.5f * (box.t0 + box.t1);
+        stack[count++] = second;
+        stack[count++] = first;
+    }
+}
+
+// The rays of a packet in the patch's coordinates: place z / W is at length z scale + shift on from + length way.
+typedef struct ThickRays {
+    FLOAT from[3], way[3], scale, shift;
+    float kappa;
+} ThickRays;
+
+INLINE ThickRays thick_rays(const Ray *ray, __global const ThickRecord *record)
+{
+    ThickRays r;
+    __global const float *const rows[3] = {record->x, record->y, record->z};
+    FLOAT square = 0.0f, shift = 0.0f;
+    for (int k = 0; k < 3; k++) {
+        r.from[k] = rows[k][0] * ray->u + rows[k][1] * ray->v + rows[k][3];
+        r.way[k] = ray->kappa * r.from[k] + rows[k][2];
+        square += r.way[k] * r.way[k];
+    }
+    r.scale = root(square);
+    for (int k = 0; k < 3; k++) {
+        r.way[k] /= r.scale;
+        shift += r.way[k] * r.from[k];
+    }
+    for (int k = 0; k < 3; k++) r.from[k] -= shift * r.way[k];
+    r.shift = shift;
+    r.kappa = ray->kappa;
+    return r;
+}
+
+INLINE FLOAT thick_length(const ThickRays *rays, FLOAT w)
+{
+    FLOAT z = w;
+    if (rays->kappa > 0.0f) {
+        FLOAT below = 1.0f - rays->kappa * w, infinite = INFINITY, eye = -1.0f / rays->kappa;
+        z = w < -BIG ? eye : below > 0.0f ? w / below : infinite;
+    }
+    return z * rays->scale + rays->shift;
+}
+
+INLINE FLOAT thick_depth(const ThickRays *rays, FLOAT length)
+{
+    FLOAT z = (length - rays->shift) / rays->scale, infinite = INFINITY;
+    FLOAT w = z / (1.0f + rays->kappa * z);
+    return length < infinite ? w : infinite;
+}
+
+#if WIDTH == 1
+#define THICK_LANE(vector, lane) (vector)
+#else
+#define THICK_LANE(vector, lane) (((const float *)&(vector))[lane])
+#endif
+
+INLINE ThickRay thick_ray(const ThickRays *rays, __global const ThickRecord *record, int lane)
+{
+    ThickRay ray;
+    ray.from = (float3)(THICK_LANE(rays->from[0], lane), THICK_LANE(rays->from[1], lane), THICK_LANE(rays->from[2], lane));
+    ray.way = (float3)(THICK_LANE(rays->way[0], lane), THICK_LANE(rays->way[1], lane), THICK_LANE(rays->way[2], lane));
+    ray.radius = record->radius;
+    ray.tolerance = THICK_RELATIVE * record->size;
+    return ray;
+}
+
+// Before which length the rays cannot be about the cell, infinity where they never are, from its box.
+INLINE FLOAT thick_reach(const ThickRays *rays, __global const ThickShape *shape, float radius, FLOAT from)
+{
+    FLOAT low = from, high = INFINITY, never = INFINITY;
+    __global const float *const axes[3] = {shape->e, shape->f, shape->n};
+    for (int k = 0; k < 3; k++) {
+        __global const float *axis = axes[k];
+        FLOAT o = axis[0] * (rays->from[0] - shape->middle[0]) + axis[1] * (rays->from[1] - shape->middle[1]) + axis[2] * (rays->from[2] - shape->middle[2]);
+        FLOAT d = axis[0] * rays->way[0] + axis[1] * rays->way[1] + axis[2] * rays->way[2];
+        d = size_of(d) < 1e-12f ? (FLOAT)(1e-12f) : d;
+        float grown = shape->extent[k] + radius;
+        FLOAT a = (-grown - o) / d, b = (grown - o) / d;
+        low = most(low, least(a, b));
+        high = least(high, most(a, b));
+    }
+    return low <= high ? low : never;
+}
+
+INLINE float thick_beside(__global const ThickShape *shape, float3 at)
+{
+    float3 off = at - vload3(0, shape->middle);
+    float3 q = (float3)(dot_of(off, vload3(0, shape->e)), dot_of(off, vload3(0, shape->f)), dot_of(off, vload3(0, shape->n)));
+    float3 beyond = max(fabs(q) - vload3(0, shape->extent), (float3)(0.0f));
+    return sqrt(dot_of(beyond, beyond));
+}
+
+// The place of the cells ray->list[begin .. stop) that is nearest to `at`, if it is within nearest->distance.
+static void thick_search(const Ray *ray, uint begin, uint stop, ThickNearest *nearest, float tolerance)
+{
+    for (uint k = begin; k < stop && nearest->distance > nearest->enough; k++) {
+        __global const CellRecord *records = (__global const CellRecord *)(ray->records + ray->list[k]);
+        if (thick_beside((__global const ThickShape *)(records + 3), nearest->at) >= nearest->distance) continue;
+        ThickCell cell = thick_cell(records);
+        thick_nearest(nearest, &cell, tolerance);
+    }
+}
+
+// Where the ray leaves the union, from a place where it is in it, or, if that is known, enters it.
+static float thick_leave(const Ray *ray, uint begin, uint stop, const ThickRay *one, float from, int known, float bound)
+{
+    float length = from;
+    for (int jump = 0; jump < THICK_JUMPS && length < bound; jump++) {
+        ThickNearest nearest = {.at = one->from + length * one->way, .distance = one->radius + 8.0f * one->tolerance, .enough = 0.75f * one->radius};
+        nearest.place = nearest.at;
+        float limit = nearest.distance;
+        thick_search(ray, begin, stop, &nearest, 0.25f * one->tolerance);
+        if (nearest.distance >= limit) return length;
+        if (nearest.distance > one->radius - one->tolerance && !(known && jump == 0)) return length;
+        float3 off = nearest.at - nearest.place;
+        float middle = dot_of(off, one->way), square = middle * middle + one->radius * one->radius - dot_of(off, off);
+        float step = sqrt(max(square, 0.0f)) - middle;
+        if (!(step > one->tolerance)) return length;
+        length += step;
+    }
+    return length < bound ? length : INFINITY;
+}
+
+// As freeform_next(): the first place from t on, before the bound, at which sign * F turns positive; with `any`, if any such place will do, a later one perhaps.
+NOINLINE FLOAT thick_next(const Ray *ray, uint id, uint begin, uint stop, FLOAT t, FLOAT bound, float sign, INT known, int any)
+{
+    __global const ThickRecord *record = (__global const ThickRecord *)(ray->records + id);
+    FLOAT never = INFINITY;
+    INT live = t < bound;
+    if (record->side == 0.0f) return sign > 0.0f ? t : never;
+    int enters = (record->side > 0.0f) == (sign > 0.0f);
+    if (begin == stop || !(record->radius > 0.0f)) return enters ? never : t;
+    ThickRays rays = thick_rays(ray, record);
+    FLOAT from = thick_length(&rays, t), last = thick_length(&rays, bound), found = INFINITY;
+    FLOAT one = 1.0f, zero = 0.0f, flags = live ? one : zero, knows = known ? one : zero;
+    if (enters) {
+        // First a look at each cell, so that most of them need no more.
+        for (int looks = 1; looks >= 0; looks--) {
+            for (uint k = begin; k < stop; k++) {
+                __global const CellRecord *records = (__global const CellRecord *)(ray->records + ray->list[k]);
+                FLOAT reach = thick_reach(&rays, (__global const ThickShape *)(records + 3), record->radius, from);
+                INT near = live & (reach < found) & (reach < last);
+                if (any) near = near & !(found < last);
+                if (!ANY(near)) continue;
+                ThickCell cell = thick_cell(records);
+                FLOAT marks = near ? one : zero;
+                for (int lane = 0; lane < LANES; lane++) {
+                    if (THICK_LANE(marks, lane) == 0.0f) continue;
+                    ThickRay single = thick_ray(&rays, record, lane);
+                    ((float *)&found)[lane] = thick_enter(&single, &cell, THICK_LANE(from, lane), THICK_LANE(knows, lane) != 0.0f, THICK_LANE(found, lane), looks);
+                }
+            }
+        }
+    } else {
+        for (int lane = 0; lane < LANES; lane++) {
+            if (THICK_LANE(flags, lane) == 0.0f) continue;
+            ThickRay single = thick_ray(&rays, record, lane);
+            float begins = THICK_LANE(from, lane);
+            ((float *)&found)[lane] = begins > -INFINITY ? thick_leave(ray, begin, stop, &single, begins, THICK_LANE(knows, lane) != 0.0f, THICK_LANE(last, lane)) : begins;
+        }
+    }
+    FLOAT w = thick_depth(&rays, found);
+    w = found > from ? most(w, t) : t; // the same place is the same number
+    return (live & (found < never)) ? w : never;
+}
+
+// As freeform_advance().
+static FLOAT thick_advance(const Ray *ray, uint id, uint begin, uint stop, Stretch *stretch, FLOAT t, FLOAT bound, float sign)
+{
+    INT stale = (t >= stretch->end) & (t < bound);
+    if (ANY(stale)) {
+        FLOAT limit = stale ? bound : (FLOAT)(-INFINITY);
+        FLOAT entry = thick_next(ray, id, begin, stop, t, limit, sign, (t == stretch->end) & (stretch->begin < INFINITY), 0);
+        FLOAT end = thick_next(ray, id, begin, stop, entry, limit, -sign, t == t, 0);
+        FLOAT first = entry > t ? entry : (FLOAT)(-INFINITY);
+        stretch->begin = stale ? first : stretch->begin;
+        stretch->end = stale ? end : stretch->end;
+    }
+    return most(t, stretch->begin);
+}
+
+// The slope of F at w: from there to the nearest place of the patch.
+static Slope thick_slope(const Ray *ray, uint id, uint begin, uint stop, INT mine, FLOAT w)
+{
+    __global const ThickRecord *record = (__global const ThickRecord *)(ray->records + id);
+    ThickRays rays = thick_rays(ray, record);
+    FLOAT length = thick_length(&rays, w), one = 1.0f, zero = 0.0f, flags = mine ? one : zero;
+    FLOAT gx = 0.0f, gy = 0.0f, gz = 0.0f, x = 0.0f, y = 0.0f, z = 0.0f;
+    for (int lane = 0; lane < LANES; lane++) {
+        if (THICK_LANE(flags, lane) == 0.0f) continue;
+        ThickRay single = thick_ray(&rays, record, lane);
+        ThickNearest nearest = {.at = single.from + THICK_LANE(length, lane) * single.way, .distance = single.radius + 64.0f * single.tolerance,
+                                .enough = single.radius + 2.0f * single.tolerance};
+        nearest.place = nearest.at;
+        thick_search(ray, begin, stop, &nearest, 0.25f * single.tolerance);
+        float3 way = record->side * thick_direction(nearest.place - nearest.at, single.way);
+        ((float *)&gx)[lane] = way.x;
+        ((float *)&gy)[lane] = way.y;
+        ((float *)&gz)[lane] = way.z;
+        ((float *)&x)[lane] = nearest.at.x;
+        ((float *)&y)[lane] = nearest.at.y;
+        ((float *)&z)[lane] = nearest.at.z;
+    }
+    float kappa = ray->kappa;
+    Slope slope;
+    slope.value = 0.0f;
+    slope.u = gx * record->x[0] + gy * record->y[0] + gz * record->z[0];
+    slope.v = gx * record->x[1] + gy * record->y[1] + gz * record->z[1];
+    slope.w = gx * (record->x[2] + kappa * x) + gy * (record->y[2] + kappa * y) + gz * (record->z[2] + kappa * z);
+    return slope;
+}
