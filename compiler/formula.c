@@ -325,6 +325,11 @@ static uint32_t pushed(Formula *f, uint32_t a, bool from, float t)
         uint32_t first = formula_compare(f, n.a, from, t), second = formula_compare(f, n.b, from, t);
         return join(f, (n.op == TAPE_MAX) == from ? SLICE_OR : SLICE_AND, first, second);
     }
+    if (n.op == TAPE_ABS && t > 0) {
+        uint32_t first = formula_compare(f, n.a, from, t),
+                 second = formula_compare(f, n.a, !from, threshold_next(-t, true));
+        return join(f, from ? SLICE_OR : SLICE_AND, first, second);
+    }
     bool known = has_second(n.op) && is_value(f, n.b);
     if ((known || !has_second(n.op)) && threshold_is_monotone(n.op, known ? f->numbers[n.b].value : 0))
         return pushed_through_step(f, &n, from, t);

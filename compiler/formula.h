@@ -7,6 +7,7 @@
 //     max(a, b) < t     a < t and b < t
 //     min(a, b) < t     a < t or b < t
 //     -a < t            a >= the next float above -t
+//     |a| < t           a < t and a >= the next float above -t
 //     g(a) < t          a < T or a >= T, for a step g that rises or falls throughout: compiler/threshold.h finds T
 //     a - b < 0         a < b
 //

@@ -401,74 +401,89 @@ static void trace(Steps steps, uint numbers, uint compares, uint logics, uint pa
 
 // --- programs of parts
 
+INLINE short16 parts_mask(uint bits)
+{
+    return ((ushort16)((ushort)bits) & (ushort16)(1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1024, 2048, 4096, 8192, 16384, 32768)) != (ushort16)(0);
+}
+
+INLINE ushort16 parts_of(__global const ushort *list, uint k)
+{
+    return ((__global const ushort16 *)list)[k];
+}
+
 // Writes the programs of parts. `at`: of each the next step. In programs of parts of 16 x 16 pixels (`leaf`) numbers that depend on both are numbered by
 // themselves, and so are the others.
 static void write_numbers(Steps steps, uint numbers, uint parts, int leaf, Memory m, __global TapeStep *out, uint *at)
 {
-    uint single[16], mixed[16];
-    for (uint k = 0; k < 16; k++) {
-        single[k] = SLICE_POINT;
-        mixed[k] = 0;
-        m.map[k] = 0;
-        m.map[16 + k] = 1;
-    }
+    __global ushort16 *map = (__global ushort16 *)m.map;
+    ushort16 single = (ushort16)(SLICE_POINT), mixed = (ushort16)(0);
+    map[0] = (ushort16)(0);
+    map[1] = (ushort16)(1);
     for (uint k = 0; k < numbers; k++) {
         uint need = m.need[SLICE_POINT + k] & parts;
         if (!need) continue;
         TapeStep step = steps[k];
-        __global ushort *to = m.map + 16 * (SLICE_POINT + k);
+        uint op = TAPE_OP(step.word), choice = m.choice[SLICE_POINT + k], first = choice & need, second = choice >> 16 & need;
+        uint written = need & ~(first | second);
         __global const ushort *a = m.map + 16 * SLICE_A(step.word), *b = m.map, *c = m.map;
-        uint op = TAPE_OP(step.word), choice = m.choice[SLICE_POINT + k];
         if (op == TAPE_SELECT) {
             b += 16 * (step.b & 0xffffu);
             c += 16 * (step.b >> 16);
         } else if (!(step.word & SLICE_LITERAL)) {
             b += 16 * step.b;
         }
-        __private uint *next = leaf && SLICE_CLASS(step.word) == 3u ? mixed : single;
-        for (uint left = need; left; left &= left - 1u) {
-            uint part = LOW_BIT(left), bit = 1u << part;
-            if (choice & (bit | bit << 16)) {
-                to[part] = choice & bit ? a[part] : b[part];
-                continue;
-            }
-            uint second = step.word & SLICE_LITERAL ? step.b : op == TAPE_SELECT ? b[part] | (uint)c[part] << 16 : b[part];
-            out[at[part]++] = (TapeStep){(step.word & 0xffffu) | (uint)a[part] << 16, second};
-            to[part] = (ushort)next[part]++;
+        for (uint left = written; left; left &= left - 1u) {
+            uint part = LOW_BIT(left);
+            uint other = step.word & SLICE_LITERAL ? step.b : op == TAPE_SELECT ? b[part] | (uint)c[part] << 16 : b[part];
+            out[at[part]++] = (TapeStep){(step.word & 0xffffu) | (uint)a[part] << 16, other};
         }
+        ushort16 one = as_ushort16(parts_mask(written)); // -1 where it is written
+        int apart = leaf && SLICE_CLASS(step.word) == 3u;
+        ushort16 to = apart ? mixed : single;
+        if (apart) mixed -= one;
+        else single -= one;
+        if (first | second) {
+            to = parts_mask(first) ? parts_of(a, 0) : to;
+            to = parts_mask(second) ? parts_of(b, 0) : to;
+        }
+        map[SLICE_POINT + k] = to;
     }
 }
 
 static void write_conditions(Steps steps, uint numbers, uint compares, uint logics, uint parts, Memory m, __global TapeStep *out, uint *at)
 {
-    uint next[16];
-    for (uint k = 0; k < 16; k++) next[k] = 0;
+    __global ushort16 *place = (__global ushort16 *)m.place;
+    ushort16 next = (ushort16)(0);
     for (uint k = 0; k < compares; k++) {
+        uint want = m.want[k] & parts;
+        if (!want) continue;
         TapeStep step = steps[numbers + k];
-        for (uint left = m.want[k] & parts; left; left &= left - 1u) {
+        __global const ushort *a = m.map + 16 * SLICE_A(step.word), *b = m.map + (step.word & SLICE_LITERAL ? 0u : 16u * step.b);
+        for (uint left = want; left; left &= left - 1u) {
             uint part = LOW_BIT(left);
-            uint second = step.word & SLICE_LITERAL ? step.b : m.map[16 * step.b + part];
-            out[at[part]++] = (TapeStep){(step.word & 0xffffu) | (uint)m.map[16 * SLICE_A(step.word) + part] << 16, second};
-            m.place[16 * k + part] = (ushort)next[part]++;
+            out[at[part]++] = (TapeStep){(step.word & 0xffffu) | (uint)a[part] << 16, step.word & SLICE_LITERAL ? step.b : b[part]};
         }
+        place[k] = next;
+        next -= as_ushort16(parts_mask(want));
     }
     for (uint k = 0; k < logics; k++) {
         uint want = m.want[compares + k] & parts;
         if (!want) continue;
         TapeStep step = steps[numbers + compares + k];
         uint a = SLICE_A(step.word), b = step.b, known_a = decided(m.known[a]), known_b = decided(m.known[b]);
-        __global ushort *to = m.place + 16 * (compares + k);
-        for (uint left = want; left; left &= left - 1u) {
-            uint part = LOW_BIT(left), bit = 1u << part;
-            if (known_a & bit) {
-                to[part] = m.place[16 * b + part];
-            } else if (known_b & bit) {
-                to[part] = m.place[16 * a + part];
-            } else {
-                out[at[part]++] = (TapeStep){(step.word & 0xffffu) | (uint)m.place[16 * a + part] << 16, m.place[16 * b + part]};
-                to[part] = (ushort)next[part]++;
+        uint both = want & ~(known_a | known_b);
+        ushort16 to = parts_mask(known_a) ? place[b] : place[a]; // where one side is known it holds, and the other takes its place
+        if (both) {
+            __global const ushort *first = m.place + 16 * a, *second = m.place + 16 * b;
+            for (uint left = both; left; left &= left - 1u) {
+                uint part = LOW_BIT(left);
+                out[at[part]++] = (TapeStep){(step.word & 0xffffu) | (uint)first[part] << 16, second[part]};
             }
+            short16 here = parts_mask(both);
+            to = here ? next : to;
+            next -= as_ushort16(here);
         }
+        place[compares + k] = to;
     }
 }
 
@@ -620,16 +635,31 @@ static uint row_pixels(Steps steps, uint numbers, uint compares, uint logics, FL
 
 static void fill(__constant SliceFrame *frame, __global ushort *picture, uint x, uint y, uint size, int holds)
 {
-    uint rows = min(size, frame->height - y);
-    if (size == SLICE_LEAF) {
-        for (uint row = 0; row < rows; row++) picture[(size_t)(y + row) * frame->stride + x / 16u] = holds ? (ushort)0xffffu : (ushort)0;
-        return;
-    }
-    uint columns = min(size / 64u, frame->stride / 4u - x / 64u);
+    uint rows = min(size, frame->height - y), columns = min(size / 64u, frame->stride / 4u - x / 64u);
     for (uint row = 0; row < rows; row++) {
         __global ulong *at = (__global ulong *)(picture + (size_t)(y + row) * frame->stride + x / 16u);
         for (uint k = 0; k < columns; k++) at[k] = holds ? ~0ul : 0ul;
     }
+}
+
+// A tile of 64 x 64 pixels, gathered so that each row is written at once.
+typedef struct Drawn {
+    ulong rows[64];
+} Drawn;
+
+INLINE void drawn_part(Drawn *drawn, uint part, ushort16 rows)
+{
+    const ushort *from = (const ushort *)&rows;
+    ushort *to = (ushort *)drawn->rows + 64u * (part >> 2) + (part & 3u);
+#pragma unroll
+    for (uint row = 0; row < 16; row++) to[4u * row] = from[row];
+}
+
+static void drawn_write(const Drawn *drawn, __constant SliceFrame *frame, uint x, uint y, __global ushort *picture)
+{
+    uint rows = min(64u, frame->height - y), stride = frame->stride / 4u;
+    __global ulong *at = (__global ulong *)picture + (size_t)y * stride + x / 64u;
+    for (uint row = 0; row < rows; row++, at += stride) *at = drawn->rows[row];
 }
 
 // The ranges of places across and up in the parts of a tile, and which of them are there.
@@ -665,21 +695,15 @@ static FLOAT places(__global const float *list, uint first, uint count)
     return r;
 }
 
-// Decides the parts of a tile as far as ranges do and fills them; the others are returned.
+// Decides the parts of a tile as far as ranges do: bits 0-15 those that are inside, 16-31 those that are outside. `there`: those that the picture has.
 static uint decide_parts(__constant SliceFrame *frame, const SliceNode *node, uint size, Steps steps, __global const float *across, __global const float *up,
-                         __global ushort *picture, Memory m)
+                         uint *there, Memory m)
 {
     Range u, v;
-    uint there = part_ranges(frame, across, up, node->x, node->y, size, &u, &v) & node->parts;
+    *there = part_ranges(frame, across, up, node->x, node->y, size, &u, &v) & node->parts;
     m.ranges[0] = u;
     m.ranges[1] = v;
-    uint known = program_known(steps, node->numbers, node->compares, node->logics, m);
-    uint holds = known & there, fails = known >> 16 & there;
-    for (uint left = holds | fails; left; left &= left - 1u) {
-        uint part = LOW_BIT(left);
-        fill(frame, picture, node->x + (part & 3u) * size, node->y + (part >> 2) * size, size, holds >> part & 1u);
-    }
-    return there & ~(holds | fails);
+    return program_known(steps, node->numbers, node->compares, node->logics, m) & (*there | *there << 16);
 }
 
 #define NO_ROOM 0xffffffffu
@@ -741,7 +765,7 @@ static void split(const SliceNode *node, uint size, uint left, Steps steps, __gl
 
 // The pixels of the parts of 16 x 16 that are left.
 static void draw(__constant SliceFrame *frame, const SliceNode *node, uint left, Steps steps, __global const float *across, __global const float *up,
-                 __global ushort *picture, Memory m)
+                 Drawn *drawn, Memory m)
 {
     Counts counts;
     uint numbers[16], compares[16], logics[16], at[16], total = 0;
@@ -756,28 +780,24 @@ static void draw(__constant SliceFrame *frame, const SliceNode *node, uint left,
     write_numbers(steps, node->numbers, left, 1, m, m.steps, at);
     write_conditions(steps, node->numbers, node->compares, node->logics, left, m, m.steps, at);
     for (; left; left &= left - 1u) {
-        uint part = LOW_BIT(left), x = node->x + (part & 3u) * SLICE_LEAF, y = node->y + (part >> 2) * SLICE_LEAF;
-        uint rows = min(SLICE_LEAF, frame->height - y), begin = at[part] - (numbers[part] + compares[part] + logics[part]);
-        FLOAT u = places(across, x, frame->width), v = places(up, y, frame->height);
-        ushort16 bits = leaf_pixels(m.steps + begin, numbers[part], compares[part], logics[part], u, v, m);
-        const ushort *row_bits = (const ushort *)&bits;
-        __global ushort *to = picture + (size_t)y * frame->stride + x / 16u;
-        for (uint row = 0; row < rows; row++) to[(size_t)row * frame->stride] = row_bits[row];
+        uint part = LOW_BIT(left), begin = at[part] - (numbers[part] + compares[part] + logics[part]);
+        FLOAT u = places(across, node->x + (part & 3u) * SLICE_LEAF, frame->width), v = places(up, node->y + (part >> 2) * SLICE_LEAF, frame->height);
+        drawn_part(drawn, part, leaf_pixels(m.steps + begin, numbers[part], compares[part], logics[part], u, v, m));
     }
 }
 
 // The same row by row, with the tile's program: for programs with more numbers than there is room for 16 rows of each.
 static void draw_rows(__constant SliceFrame *frame, const SliceNode *node, uint left, Steps steps, __global const float *across, __global const float *up,
-                      __global ushort *picture, Memory m)
+                      Drawn *drawn, Memory m)
 {
     for (; left; left &= left - 1u) {
-        uint part = LOW_BIT(left), x = node->x + (part & 3u) * SLICE_LEAF, y = node->y + (part >> 2) * SLICE_LEAF;
-        uint rows = min(SLICE_LEAF, frame->height - y);
-        FLOAT u = places(across, x, frame->width);
-        for (uint row = 0; row < rows; row++) {
-            uint bits = row_pixels(steps, node->numbers, node->compares, node->logics, u, up[y + row], m);
-            picture[(size_t)(y + row) * frame->stride + x / 16u] = (ushort)bits;
-        }
+        uint part = LOW_BIT(left), y = node->y + (part >> 2) * SLICE_LEAF;
+        FLOAT u = places(across, node->x + (part & 3u) * SLICE_LEAF, frame->width);
+        ushort16 rows;
+        ushort *to = (ushort *)&rows;
+        for (uint row = 0; row < 16; row++)
+            to[row] = (ushort)row_pixels(steps, node->numbers, node->compares, node->logics, u, up[min(y + row, frame->height - 1u)], m);
+        drawn_part(drawn, part, rows);
     }
 }
 
@@ -785,37 +805,49 @@ static void draw_rows(__constant SliceFrame *frame, const SliceNode *node, uint 
     __constant SliceFrame *frame, __global uint *counters, __global TapeStep *pool, __global SliceNode *nodes, __global SliceNode *next,                    \
         __global const float *across, __global const float *up, __global ushort *picture, __global uchar *memory, uint level, uint size
 
-// Tiles of a level that have larger parts than 16 x 16; `size` is that of the parts.
-__kernel void slice_split(SLICE_ARGUMENTS)
+static void split_tile(SLICE_ARGUMENTS, const SliceNode *node, Memory m)
 {
-    Memory m = memory_of(frame, memory);
-    uint count = counters[SLICE_COUNT_NODES(level)];
-    for (;;) {
-        uint k = atomic_inc(counters + SLICE_COUNT_TAKEN(level));
-        if (k >= count) return;
-        SliceNode node = nodes[k];
-        Steps steps = pool + node.first;
-        uint left = decide_parts(frame, &node, size, steps, across, up, picture, m);
-        if (left) split(&node, size, left, steps, pool, frame->pool, counters, level + 1u, next, m);
+    Steps steps = pool + node->first;
+    uint there, known = decide_parts(frame, node, size, steps, across, up, &there, m), decided_parts = decided(known);
+    for (uint left = decided_parts; left; left &= left - 1u) {
+        uint part = LOW_BIT(left);
+        fill(frame, picture, node->x + (part & 3u) * size, node->y + (part >> 2) * size, size, known >> part & 1u);
     }
+    uint left = there & ~decided_parts;
+    if (left) split(node, size, left, steps, pool, frame->pool, counters, level + 1u, next, m);
 }
 
-// Tiles of 64 x 64.
-__kernel void slice_draw(SLICE_ARGUMENTS)
+static void draw_tile(SLICE_ARGUMENTS, const SliceNode *node, Memory m)
+{
+    Steps steps = pool + node->first;
+    Drawn drawn;
+    uint there, known = decide_parts(frame, node, size, steps, across, up, &there, m), left = there & ~decided(known);
+    for (uint part = 0; part < 16; part++) {
+        if (!(left >> part & 1u)) drawn_part(&drawn, part, (ushort16)(known >> part & 1u ? (ushort)0xffffu : (ushort)0));
+    }
+    if (node->numbers <= frame->mixed || frame->mixed < SLICE_MIXED_MAX)
+        draw(frame, node, left, steps, across, up, &drawn, m);
+    else
+        draw_rows(frame, node, left, steps, across, up, &drawn, m);
+    drawn_write(&drawn, frame, node->x, node->y, picture);
+}
+
+// The tiles of a level; `size` is that of their parts.
+__kernel void slice_tiles(SLICE_ARGUMENTS)
 {
     Memory m = memory_of(frame, memory);
     uint count = counters[SLICE_COUNT_NODES(level)];
+    uint share = clamp(count / (32u * (uint)get_global_size(0)), 1u, 8u); // tiles that are taken at once
     for (;;) {
-        uint k = atomic_inc(counters + SLICE_COUNT_TAKEN(level));
+        uint k = atomic_add(counters + SLICE_COUNT_TAKEN(level), share);
         if (k >= count) return;
-        SliceNode node = nodes[k];
-        Steps steps = pool + node.first;
-        uint left = decide_parts(frame, &node, size, steps, across, up, picture, m);
-        if (!left) continue;
-        if (node.numbers <= frame->mixed || frame->mixed < SLICE_MIXED_MAX)
-            draw(frame, &node, left, steps, across, up, picture, m);
-        else
-            draw_rows(frame, &node, left, steps, across, up, picture, m);
+        for (uint end = min(k + share, count); k < end; k++) {
+            SliceNode node = nodes[k];
+            if (size > SLICE_LEAF)
+                split_tile(frame, counters, pool, nodes, next, across, up, picture, memory, level, size, &node, m);
+            else
+                draw_tile(frame, counters, pool, nodes, next, across, up, picture, memory, level, size, &node, m);
+        }
     }
 }
 

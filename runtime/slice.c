@@ -35,7 +35,7 @@ typedef enum RoomName {
 struct Slicer {
     Device *device;
     Program *program;
-    cl_kernel split, draw, each;
+    cl_kernel tiles, each;
     Room rooms[ROOM_COUNT];
     uint32_t pool;      // asked for
     FormulaSteps steps; // the program; steps.steps are the slicer's
@@ -107,8 +107,7 @@ Slicer *slicer_new(Device *device, const SlicerDesc *desc, Failure *failure)
     }
     if (s->program->builds) program_store(s->program, NULL);
     cl_int status;
-    s->split = clCreateKernel(s->program->cl, "slice_split", &status);
-    if (status == CL_SUCCESS) s->draw = clCreateKernel(s->program->cl, "slice_draw", &status);
+    s->tiles = clCreateKernel(s->program->cl, "slice_tiles", &status);
     if (status == CL_SUCCESS) s->each = clCreateKernel(s->program->cl, "slice_each", &status);
     if (status == CL_SUCCESS) return s;
     failed(failure, "the kernels of slices are not there", status);
@@ -122,8 +121,7 @@ void slicer_free(Slicer *s)
     for (int k = 0; k < ROOM_COUNT; k++) {
         if (s->rooms[k].mem) clReleaseMemObject(s->rooms[k].mem);
     }
-    if (s->split) clReleaseKernel(s->split);
-    if (s->draw) clReleaseKernel(s->draw);
+    if (s->tiles) clReleaseKernel(s->tiles);
     if (s->each) clReleaseKernel(s->each);
     program_free(s->program);
     free(s->steps.steps);
@@ -269,10 +267,10 @@ static uint32_t largest_tile(const SliceView *view, uint32_t *levels)
     return size;
 }
 
-// The tile that holds the whole picture, once for each worker: each makes programs for a share of its parts.
-static uint32_t first_nodes(const Slicer *s, SliceNode nodes[16])
+// The tile that holds the whole picture, once for each worker: each makes programs for a share of its parts. The smallest tiles are drawn whole.
+static uint32_t first_nodes(const Slicer *s, uint32_t levels, SliceNode nodes[16])
 {
-    uint32_t count = s->workers < 16 ? s->workers : 16;
+    uint32_t count = levels == 1 ? 1 : s->workers < 16 ? s->workers : 16;
     for (uint32_t k = 0; k < count; k++) {
         nodes[k] = (SliceNode){.numbers = s->steps.numbers, .compares = s->steps.compares, .logics = s->steps.logics};
         for (uint32_t part = k; part < 16; part += count) nodes[k].parts |= 1u << part;
@@ -284,14 +282,14 @@ static bool draw_tiles(Slicer *s, Failure *failure)
 {
     SliceNode nodes[16];
     uint32_t counters[SLICE_COUNTERS] = {[SLICE_COUNT_POOL] = step_count(&s->steps)}, levels;
-    uint32_t size = largest_tile(&s->view, &levels), count = first_nodes(s, nodes);
+    uint32_t size = largest_tile(&s->view, &levels), count = first_nodes(s, levels, nodes);
     counters[SLICE_COUNT_NODES(0)] = count;
     if (!upload(s, ROOM_COUNTERS, counters, sizeof counters, false, failure) ||
         !upload(s, ROOM_NODES, nodes, count * sizeof *nodes, false, failure))
         return false;
     for (uint32_t level = 0; level < levels; level++, size /= 4) {
-        cl_kernel kernel = level + 1 < levels ? s->split : s->draw;
-        if (!set_arguments(s, kernel, level & 1, level, size / 4, failure) || !launch(s, kernel, failure)) return false;
+        if (!set_arguments(s, s->tiles, level & 1, level, size / 4, failure) || !launch(s, s->tiles, failure))
+            return false;
     }
     cl_int status = clFinish(s->device->queue);
     return status == CL_SUCCESS || failed(failure, "cannot draw a slice", status);

@@ -1,4 +1,5 @@
-// Slices of general fields: `bench-slice [--quick] [--repeat N] [--no-brute] MODEL.vm`, with two threads.
+// Slices of general fields: `bench-slice [--quick] [--repeat N] [--no-brute] [MODEL.vm]`, with two threads. Without a model a page of rings and strokes
+// is made, of about as many operations as a page of text has.
 //
 // For each size: CPU and wall time of a picture, the median and the best of series of N (warm: two pictures before them are not counted; neither sending
 // the formula nor reading the picture is), how many pixels are inside, and how many differ from the picture whose pixels are computed one by one.
@@ -40,12 +41,36 @@ static int wrong(const char *text)
 
 // --- the model
 
+// A page of letters, each a ring and a stroke, or two: lengths of 2 / 40 across and 2 / 20 up.
+static const char *write_page(Arena *arena, size_t *length)
+{
+    enum { ROWS = 20, COLUMNS = 40 };
+    char *text;
+    FILE *out = open_memstream(&text, length);
+    if (!out) abort();
+    fputs("x var-x\ny var-y\nw const 0.006\nr const 0.014\nt0 const 1\n", out);
+    for (int k = 0; k < ROWS * COLUMNS; k++) {
+        double at = -0.975 + 2.0 / COLUMNS * (k % COLUMNS), down = 0.95 - 2.0 / ROWS * (double)(k / COLUMNS);
+        fprintf(out, "x%d const %.17g\ny%d const %.17g\nu%d sub x x%d\nv%d sub y y%d\n", k, at, k, down, k, k, k, k);
+        fprintf(out, "a%d square u%d\nb%d square v%d\nc%d add a%d b%d\nd%d sqrt c%d\n", k, k, k, k, k, k, k, k, k);
+        fprintf(out, "e%d sub d%d r\nf%d abs e%d\ng%d sub f%d w\n", k, k, k, k, k, k); // the ring
+        fprintf(out, "h%d %s u%d r\ni%d abs h%d\nj%d sub i%d w\n", k, k % 3 ? "add" : "sub", k, k, k, k, k);
+        fprintf(out, "k%d neg v%d\nl%d sub k%d r\nm%d max j%d l%d\n", k, k, k, k, k, k, k); // beside it the stroke
+        fprintf(out, "n%d max m%d v%d\no%d min g%d n%d\nt%d min t%d o%d\n", k, k, k, k, k, k, k + 1, k, k);
+    }
+    if (fclose(out)) abort();
+    const char *kept = arena_text(arena, text, *length);
+    free(text);
+    return kept;
+}
+
 static ScnScene *load_model(Arena *arena, const char *path)
 {
     size_t length, size;
     Failure failure = {"cannot be read"};
-    const char *text = source_read(arena, path, &length);
+    const char *text = path ? source_read(arena, path, &length) : write_page(arena, &length);
     const char *scene = text ? import_vm(arena, text, length, &size, &failure) : NULL;
+    if (!path) path = "a page";
     if (!scene) {
         fprintf(stderr, "bench-slice: %s: %s\n", path, failure.text);
         return NULL;
@@ -144,7 +169,7 @@ static bool bench(const Options *o, Device *device, ScnScene *scene, Arena *aren
     bool ok = slicer && one && slicer_program(slicer, &pushed, &failure) && slicer_program(one, &plain, &failure);
     if (!ok) return !wrong(failure.text);
     printf("%s: %u numbers, %u comparisons, %u and and or (%u numbers as written), formula %.1f ms, kernels %.0f ms\n",
-           o->model, pushed.numbers, pushed.compares, pushed.logics, plain.numbers, formula_ms,
+           o->model ? o->model : "a page", pushed.numbers, pushed.compares, pushed.logics, plain.numbers, formula_ms,
            slicer_built(slicer)->build_ms);
     const uint32_t sizes[] = {1024, 2048, 4096}, small[] = {100, 256};
     int count = o->quick ? 2 : 3;
@@ -169,14 +194,15 @@ static bool read_options(int argc, char **argv, Options *o)
         else
             return false;
     }
-    return o->model && o->repeat > 0;
+    return o->repeat > 0;
 }
 
 int main(int argc, char **argv)
 {
     Options o;
     Failure failure;
-    if (!read_options(argc, argv, &o)) return wrong("usage: bench-slice [--quick] [--repeat N] [--no-brute] MODEL.vm");
+    if (!read_options(argc, argv, &o))
+        return wrong("usage: bench-slice [--quick] [--repeat N] [--no-brute] [MODEL.vm]");
     Arena arena = {0};
     ScnScene *scene = load_model(&arena, o.model);
     Device *device = scene ? device_open(&(DeviceDesc){.choice = "cpu", .threads = 2, .width = 16}, &failure) : NULL;
