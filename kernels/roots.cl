@@ -59,8 +59,9 @@ INLINE INT bernstein_falls(const Bernstein *b)
 // Out of line: a call costs nothing beside its steps, and three copies would take a tenth of a second to compile.
 #define ROOT_STEPS 6
 #define ROOT_LIMIT 40
-static NOINLINE FLOAT bernstein_root(const Bernstein *b, INT live)
+static NOINLINE FLOAT bernstein_root(const Bernstein *b, const INT *searched)
 {
+    INT live = *searched;
     FLOAT b1 = 6.0f * b->c1, b2 = 15.0f * b->c2, b3 = 20.0f * b->c3, b4 = 15.0f * b->c4, b5 = 6.0f * b->c5;
     INT mirrored = ((b->c0 + b1) + (b2 + b3)) + ((b4 + b5) + b->c6) < 0.0f;
     FLOAT a0 = mirrored ? -b->c6 : b->c0, a6 = mirrored ? -b->c0 : b->c6;
@@ -102,8 +103,9 @@ typedef struct Pieces {
 
 // Narrows the lanes whose sign may change more than once to a piece with one change: cuts what lies before the steepest chord from the first
 // coefficient, which the polynomial stays below; where that gains little, halves. Few packets have such lanes, and every copy of this takes long to compile.
-static NOINLINE void bernstein_narrow(const Bernstein *whole, INT many, Pieces *pieces)
+static NOINLINE void bernstein_narrow(const Bernstein *whole, const INT *falls, Pieces *pieces)
 {
+    INT many = *falls;
     Bernstein b = *whole;
     FLOAT left = 0.0f, span = 1.0f, found = pieces->found;
     INT live = pieces->live;
@@ -164,9 +166,9 @@ INLINE FLOAT bernstein_first(const Bernstein *whole, INT live, int exists)
     Pieces pieces = {*whole, 0.0f, 1.0f, found, live};
     INT many = live & bernstein_falls(whole);
     if (ANY(many)) {
-        bernstein_narrow(whole, many, &pieces);
+        bernstein_narrow(whole, &many, &pieces);
         if (!ANY(pieces.live)) return pieces.found;
     }
     if (exists) return pieces.live ? pieces.left : pieces.found;
-    return pieces.live ? pieces.left + pieces.span * bernstein_root(&pieces.b, pieces.live) : pieces.found;
+    return pieces.live ? pieces.left + pieces.span * bernstein_root(&pieces.b, &pieces.live) : pieces.found;
 }
