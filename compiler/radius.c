@@ -5,6 +5,7 @@
 
 #include "compiler/leaf.h"
 #include "compiler/object.h"
+#include "compiler/radius_quadric.h"
 #include "compiler/walk.h"
 
 // A quadric of a closed form: k |P X + h|² + c with the projection P on `rank` axes, k = 0 for half-spaces. Its entries
@@ -143,11 +144,15 @@ static IrId offset_moving_ball(Ir *ir, IrId quadric, IrId radius)
     return with_free_term(ir, quadric, op2(ir, span, OP_SUB, o[9], op2(ir, span, OP_MUL, k, change)));
 }
 
+// Where the class cannot stay, a general field.
 static IrId offset_quadric(Ir *ir, IrId quadric, IrId radius)
 {
     double q[10];
-    return leaf_const_quadric(ir, quadric, q) ? offset_const(ir, quadric, q, radius)
-                                              : offset_moving_ball(ir, quadric, radius);
+    IrId same = leaf_const_quadric(ir, quadric, q) ? offset_const(ir, quadric, q, radius)
+                                                   : offset_moving_ball(ir, quadric, radius);
+    if (same) return same;
+    IrId expression = radius_quadric(ir, quadric, radius);
+    return expression ? ir_op1(ir, OP_FIELD, ir_at(ir, quadric)->span, expression) : 0;
 }
 
 // A map that only shifts in the frame leaves distances as they are; those that are const are in the coefficients already.

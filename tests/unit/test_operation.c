@@ -372,6 +372,95 @@ static void radii_are_balls(void **unused)
     assert_true(outside > 500);
 }
 
+static void in_ball(const double p[3], double radius, double way[3], double q[3])
+{
+    double length = fmax(hypot(hypot(way[0], way[1]), way[2]), 1);
+    for (int k = 0; k < 3; k++) {
+        way[k] /= length;
+        q[k] = p[k] + radius * way[k];
+    }
+}
+
+// The greatest F in the ball: from the best of samples on its surface, and from its middle, by steps that become smaller.
+// `range`: how far apart values on the surface are.
+static double sampled_greatest(const Function *f, uint64_t *state, const double p[3], double radius, double *range)
+{
+    double best = function_at(f, p), most = -INFINITY, least = INFINITY, way[3] = {0}, q[3];
+    for (int k = 0; k < DIRECTIONS; k++) {
+        double z = 1 - (2 * k + 1.0) / DIRECTIONS, r = sqrt(1 - z * z), a = 2.399963229728653 * k;
+        double at[3] = {r * cos(a), r * sin(a), z};
+        in_ball(p, radius, at, q);
+        double value = function_at(f, q);
+        least = fmin(least, value);
+        most = fmax(most, value);
+        if (value <= best) continue;
+        best = value;
+        memcpy(way, at, sizeof way);
+    }
+    *range = most - least;
+    for (double step = 0.3; step > 1e-6; step *= 0.98) {
+        double other[3];
+        for (int k = 0; k < 3; k++) other[k] = way[k] + step * random_in(state, -1, 1);
+        in_ball(p, radius, other, q);
+        double value = function_at(f, q);
+        if (value <= best) continue;
+        best = value;
+        memcpy(way, other, sizeof way);
+    }
+    return best;
+}
+
+static void random_quadric(uint64_t *state, char *text, size_t size)
+{
+    double a = random_in(state, 0.2, 1), b = random_in(state, 0.2, 1), c = random_in(state, 0.2, 1);
+    switch (random_bits(state) % 9) {
+    case 0: snprintf(text, size, "ellipsoid(%.3f, %.3f, %.3f)", a, b, c); break;
+    case 1: snprintf(text, size, "ellipsoid(%.3f, %.3f, %.3f)", a, a, 0.2 * c); break;
+    case 2: snprintf(text, size, "ellipsoid(%.3f, %.3f, 0.7).scale(%.3f, 1, 1)", a, b, 0.2 + c); break;
+    case 3: snprintf(text, size, "cone(%.3f)", a); break;
+    case 4: snprintf(text, size, "paraboloid(%.3f)", a); break;
+    case 5: snprintf(text, size, "hyperboloid1(%.3f, slope: %.3f)", a, b); break;
+    case 6: snprintf(text, size, "saddle(%.3f, %.3f)", a, b); break;
+    case 7: snprintf(text, size, "cylinder(%.3f).scale(%.3f, 1, 1)", a, 0.2 + b); break;
+    default:
+        snprintf(text, size, "quadric(%.3f, %.3f, %.3f, %.3f, %.3f, %.3f, %.3f, 0.3, %.3f, 0.1)", a - b, b - c, c - 0.5,
+                 a - 0.6, b - 0.6, c - 0.6, a - c, b);
+    }
+    size_t length = strlen(text);
+    snprintf(text + length, size - length, ".rotate(x: %.1fdeg, y: %.1fdeg).move(%.3f, %.3f, 0)",
+             random_in(state, 0, 90), random_in(state, 0, 90), random_in(state, -0.5, 0.5),
+             random_in(state, -0.5, 0.5));
+}
+
+// F of the offset of a quadric that keeps no class is the greatest F in the ball itself: never less than what is sampled,
+// and greater by 4e-6 of what F does on the sphere at most.
+static void radii_of_quadrics_are_the_greatest_of_the_ball(void **unused)
+{
+    uint64_t state = 9;
+    double above = 0, below = 0;
+    for (int k = 0; k < 1000; k++) {
+        char text[600], plain_text[700], grown_text[700];
+        double radius = round(1e4 * pow(10, random_in(&state, -2, 0.3))) * (k % 2 ? 1e-4 : -1e-4);
+        random_quadric(&state, text, sizeof text);
+        snprintf(plain_text, sizeof plain_text, "%s%s;", k % 2 ? "" : "~", text);
+        snprintf(grown_text, sizeof grown_text, "%s%s.offset(radius: %.4f);", k % 2 ? "" : "~", text, radius);
+        Function *plain = function_new(plain_text), *grown = function_new(grown_text);
+        for (int i = 0; i < 2; i++) {
+            double p[3], range;
+            random_point(&state, p);
+            double best = sampled_greatest(plain, &state, p, fabs(radius), &range), found = function_at(grown, p);
+            below = fmax(below, (best - found) / range);
+            above = fmax(above, (found - best) / range);
+            if (found < best - 1e-12 * (1 + range) || found > best + 4e-6 * range)
+                fail_msg("%s at %g %g %g: F = %.9g, sampled %.9g, range %g", grown_text, p[0], p[1], p[2], found, best,
+                         range);
+        }
+        function_free(plain);
+        function_free(grown);
+    }
+    print_message("below what is sampled by %.2g, above it by %.2g of the range\n", below, above);
+}
+
 // On the surface of the offset the object is at that distance: along the axis where it is known.
 static void radii_are_exact(void **state)
 {
@@ -427,6 +516,7 @@ int main(void)
         cmocka_unit_test(a_free_form_stays_one),
         cmocka_unit_test(normal_offsets_look_along_the_normal),
         cmocka_unit_test(radii_are_balls),
+        cmocka_unit_test(radii_of_quadrics_are_the_greatest_of_the_ball),
         cmocka_unit_test(radii_are_exact),
         cmocka_unit_test(what_shrinks_to_nothing_is_empty),
     };
