@@ -267,6 +267,8 @@ typedef struct Meeting { // what meets
     uint32_t count;
     Plane planes[PLANES_MAX];
     uint32_t plane_count;
+    const PlanLeaf *fields[PARTS_MAX]; // which are asked for what they have within the others
+    uint32_t field_count;
 } Meeting;
 
 static void add_plane(Meeting *m, Plane plane)
@@ -435,30 +437,33 @@ static const Bounds *added_by(Scene *s, uint32_t begin, uint32_t count)
     return &s->added;
 }
 
-// The box around a box of a frame's coordinates, seen in the world.
+// The box around a box of a frame's coordinates, whose sides may be infinite, seen in the world.
 static Bounds framed(const double frame[12], const double low[3], const double high[3])
 {
-    Bounds box = nothing();
-    for (int corner = 0; corner < 8; corner++) {
-        double p[3];
-        for (int k = 0; k < 3; k++) p[k] = corner >> k & 1 ? high[k] : low[k];
-        matrix_point(frame, p, p);
+    Bounds box;
+    for (int i = 0; i < 3; i++) {
+        double least = frame[4 * i + 3], most = least;
         for (int k = 0; k < 3; k++) {
-            box.low[k] = fmin(box.low[k], -up(-p[k], 0));
-            box.high[k] = fmax(box.high[k], up(p[k], 0));
+            double m = frame[4 * i + k];
+            if (m == 0) continue;
+            least += m > 0 ? m * low[k] : m * high[k];
+            most += m > 0 ? m * high[k] : m * low[k];
         }
+        box.low[i] = -up(-least, 0);
+        box.high[i] = up(most, 0);
     }
     return box;
 }
 
-static Bounds field_bounds(const Scene *s, const PlanLeaf *leaf)
+// Of what of a general field is within a box of the world.
+static Bounds field_bounds(const Scene *s, const PlanLeaf *leaf, const Bounds *within)
 {
-    Bounds local;
+    const double *inverse = s->values + leaf->quadric;
     double m[12];
-    tape_bounds(s->plan, &s->plan->tapes[leaf->begin], s->values, local.low, local.high);
-    if (bounds_empty(&local)) return nothing();
-    if (!bounds_finite(&local) || !matrix_inverse(s->values + leaf->quadric, m)) return everything();
-    return framed(m, local.low, local.high);
+    if (!matrix_inverse(inverse, m)) return everything();
+    Bounds local = framed(inverse, within->low, within->high);
+    tape_bounds_within(s->plan, &s->plan->tapes[leaf->begin], s->values, local.low, local.high);
+    return bounds_empty(&local) ? nothing() : framed(m, local.low, local.high);
 }
 
 // Where patches lift a free form whose box without them is `box`.
@@ -498,7 +503,10 @@ static Bounds leaf_bounds(Scene *s, const PlanLeaf *leaf)
 {
     if (leaf->kind == LEAF_GROUP) return group_bounds(s, leaf->begin);
     if (leaf->shown != NO_SLOT && s->values[leaf->shown] == 0) return nothing();
-    if (leaf->kind == LEAF_FIELD) return field_bounds(s, leaf);
+    if (leaf->kind == LEAF_FIELD) {
+        Bounds whole = everything();
+        return field_bounds(s, leaf, &whole);
+    }
     if (leaf->kind == LEAF_SHEET) {
         const double *patch = s->values + s->plan->patches[leaf->begin].box;
         return framed(s->values + leaf->quadric, patch, patch + 3);
@@ -518,6 +526,24 @@ static void add_quadric(Scene *s, Meeting *m, const PlanLeaf *leaf)
         m->quadrics[m->count++] = s->values + leaf->quadric;
 }
 
+// What other parts of an intersection leave of a field may have an end where the field alone has none. True where the field
+// waits for that.
+static bool add_field(const Scene *s, Meeting *m, const PlanLeaf *leaf)
+{
+    bool shown = leaf->shown == NO_SLOT || s->values[leaf->shown] != 0;
+    if (leaf->kind != LEAF_FIELD || !shown || m->field_count == PARTS_MAX) return false;
+    m->fields[m->field_count++] = leaf;
+    return true;
+}
+
+static void cut_by_fields(const Scene *s, Bounds *box, const Meeting *m)
+{
+    for (uint32_t k = 0; k < m->field_count && !bounds_empty(box); k++) {
+        Bounds part = field_bounds(s, m->fields[k], box);
+        meet(box, &part);
+    }
+}
+
 static Bounds tree_bounds(Scene *s, const PlanShape *shape, uint32_t leaf_begin, uint32_t *next)
 {
     const PlanShapeNode *node = &shape->nodes[(*next)++];
@@ -526,11 +552,15 @@ static Bounds tree_bounds(Scene *s, const PlanShape *shape, uint32_t leaf_begin,
     }
     bool united = node->kind == SHAPE_UNION;
     Meeting m;
-    m.count = m.plane_count = 0;
+    m.count = m.plane_count = m.field_count = 0;
     Bounds box = united ? nothing() : everything();
     for (uint32_t k = 0; k < node->count; k++) {
         const PlanShapeNode *child = &shape->nodes[*next];
         if (child->kind == SHAPE_QUADRIC) add_quadric(s, &m, &s->plan->leaves[leaf_begin + child->leaf]);
+        if (!united && child->kind == SHAPE_FIELD && add_field(s, &m, &s->plan->leaves[leaf_begin + child->leaf])) {
+            (*next)++;
+            continue;
+        }
         Bounds other = tree_bounds(s, shape, leaf_begin, next);
         if (united) {
             hull(&box, &other);
@@ -539,6 +569,7 @@ static Bounds tree_bounds(Scene *s, const PlanShape *shape, uint32_t leaf_begin,
         }
     }
     if (!united) cut_by_quadrics(&box, &m);
+    if (!united) cut_by_fields(s, &box, &m);
     return box;
 }
 
@@ -555,11 +586,13 @@ static Bounds group_bounds(Scene *s, uint32_t index)
     bool united = s->plan->group_types[group->type].set == SET_UNION;
     Bounds box = united ? nothing() : everything();
     Meeting m;
-    m.count = m.plane_count = 0;
+    m.count = m.plane_count = m.field_count = 0;
     for (uint32_t k = group->component_begin; k < group->component_begin + group->component_count; k++) {
         const PlanComponent *component = &s->plan->components[k];
         const PlanShape *shape = &s->plan->shapes[component->shape];
-        if (shape->nodes[0].kind == SHAPE_QUADRIC) add_quadric(s, &m, &s->plan->leaves[component->leaf_begin]);
+        const PlanLeaf *leaf = &s->plan->leaves[component->leaf_begin];
+        if (shape->nodes[0].kind == SHAPE_QUADRIC) add_quadric(s, &m, leaf);
+        if (!united && shape->nodes[0].kind == SHAPE_FIELD && add_field(s, &m, leaf)) continue;
         Bounds other = component_bounds(s, k);
         if (united) {
             hull(&box, &other);
@@ -568,6 +601,7 @@ static Bounds group_bounds(Scene *s, uint32_t index)
         }
     }
     if (!united) cut_by_quadrics(&box, &m);
+    if (!united) cut_by_fields(s, &box, &m);
     return box;
 }
 

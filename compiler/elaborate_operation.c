@@ -146,10 +146,8 @@ static const char *radius_text(RadiusProblem problem)
     switch (problem) {
     case RADIUS_CORNER:
         return "an offset by a radius where parts meet is not there yet in this version of scn, but of unions that "
-               "grow, "
-               "of intersections that shrink and of balls, cylinders, slabs and half-spaces at right angles: offset "
-               "the "
-               "parts, or write iso or normal";
+               "grow, of intersections that shrink and of balls, cylinders, slabs and half-spaces at right angles: "
+               "offset the parts, or write iso or normal";
     case RADIUS_MOVES:
         return "an offset by a radius of what turns or is scaled by numbers that move is not there yet in this version "
                "of "
@@ -159,9 +157,9 @@ static const char *radius_text(RadiusProblem problem)
                "offset "
                "each part, or write a number";
     default:
-        return "an offset by a radius of other shapes than balls, cylinders, slabs, half-spaces and what unions make "
-               "of "
-               "them is not there yet in this version of scn: write iso or normal";
+        return "an offset by a radius of free forms, general fields and morphs is not there yet in this version of "
+               "scn: offset "
+               "the base before perturbations are added, or write iso or normal";
     }
 }
 

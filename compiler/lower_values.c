@@ -12,7 +12,6 @@
 #include "compiler/field.h"
 #include "compiler/pairs.h"
 #include "compiler/tape.h"
-#include "compiler/tape.h"
 
 typedef enum ValueNeed {
     NEED_VALUE = 1,   // a scalar, a matrix, a base, a thing

@@ -2,7 +2,8 @@
 // where the least is). Solids grow by rounded edges and shrink from all sides.
 //
 // Exact where there is a closed form, with F of the same class: a quadric k |P X - m|² + c, where P is a projection, has
-// another free term (balls, cylinders about any axis, slabs; what is outside of them), a half-space another offset.
+// another free term (balls, cylinders about any axis, slabs; what is outside of them), a half-space another offset. Any other
+// quadric is a general field, F of which is the greatest in the ball (compiler/radius_quadric.h).
 // Parts that grow are unions of what each part becomes; parts that shrink, intersections of that. An intersection of such
 // parts at right angles, as boxes and cylinders of a height are, grows to
 //
@@ -16,7 +17,7 @@
 
 typedef enum RadiusProblem {
     RADIUS_DONE,
-    RADIUS_SHAPE,  // a quadric of another form, a free form, a general field, a morph
+    RADIUS_SHAPE,  // a free form, a general field, a morph; a quadric that moves and is not along the axes
     RADIUS_CORNER, // an intersection that grows or a union that shrinks
     RADIUS_MOVES,  // a map that moves and is no shift
     RADIUS_SIGN,   // several parts, and a radius whose sign is not known before the frame

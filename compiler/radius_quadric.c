@@ -5,7 +5,7 @@
 
 #include "compiler/leaf.h"
 
-enum { NEWTON_STEPS = 4 };
+enum { NEWTON_STEPS = 3 };
 
 typedef struct Axes { // a quadric in the coordinates of its axes, X' = R X
     double R[3][3];
@@ -145,7 +145,9 @@ typedef struct Dual {
     IrId radius;      // positive
     IrId p[3], pp[3]; // half the gradient, and squared
     IrId value;       // q
-    IrId low, high;   // what holds μ
+    IrId top;       // the greatest λ; what is searched for is σ = μ - top, so that nothing is lost where it is small
+    IrId below[3];  // top - λᵢ
+    IrId low, high; // what holds σ
 } Dual;
 
 static IrId joined(const Maker *m, IrOp op, IrId a, IrId b)
@@ -159,33 +161,36 @@ static IrId joined(const Maker *m, IrOp op, IrId a, IrId b)
 static void bound(Dual *d)
 {
     const Maker *m = d->m;
-    IrId least = 0, greatest = 0, size = 0, sum = 0;
-    d->low = number(m, 0);
+    IrId size = 0, sum = 0, farthest = 0, zero = number(m, 0);
+    for (int k = 0; k < 3; k++) {
+        if (!d->axes->flat[k]) d->top = joined(m, OP_MAX, d->top, d->axes->lambda[k]);
+    }
+    d->low = op2(m, OP_MAX, op1(m, OP_NEG, d->top), zero);
     for (int k = 0; k < 3; k++) {
         if (d->axes->flat[k]) continue;
-        IrId lambda = d->axes->lambda[k], steep = op2(m, OP_DIV, op1(m, OP_ABS, d->p[k]), d->radius);
-        least = joined(m, OP_MIN, least, lambda);
-        greatest = joined(m, OP_MAX, greatest, lambda);
-        size = joined(m, OP_MAX, size, op1(m, OP_ABS, lambda));
+        IrId steep = op2(m, OP_DIV, op1(m, OP_ABS, d->p[k]), d->radius);
+        d->below[k] = op2(m, OP_SUB, d->top, d->axes->lambda[k]);
+        size = joined(m, OP_MAX, size, op1(m, OP_ABS, d->axes->lambda[k]));
+        farthest = joined(m, OP_MAX, farthest, d->below[k]);
         sum = joined(m, OP_ADD, sum, d->pp[k]);
-        d->low = op2(m, OP_MAX, d->low, op2(m, OP_ADD, steep, lambda));
+        d->low = op2(m, OP_MAX, op2(m, OP_SUB, steep, d->below[k]), d->low);
     }
-    IrId steep = op2(m, OP_DIV, op1(m, OP_SQRT, sum), d->radius);
+    d->high = op2(m, OP_DIV, op1(m, OP_SQRT, sum), d->radius);
+    d->low = op2(m, OP_MAX, d->low, op2(m, OP_SUB, d->high, farthest));
     double known;
-    IrId least_mu = op2(m, OP_ADD, op2(m, OP_MAX, greatest, number(m, 0)), op2(m, OP_MUL, size, number(m, 1e-6)));
-    if (ir_is_const(m->ir, greatest, &known) && known < 0) least_mu = number(m, 0);
-    d->low = op2(m, OP_MAX, op2(m, OP_MAX, d->low, op2(m, OP_ADD, steep, least)), least_mu);
-    d->high = op2(m, OP_MAX, op2(m, OP_ADD, steep, greatest), d->low);
+    if (!ir_is_const(m->ir, d->top, &known) || known >= 0)
+        d->low = op2(m, OP_MAX, d->low, op2(m, OP_MUL, op2(m, OP_MAX, size, number(m, 1e-9)), number(m, 1e-6)));
+    d->high = op2(m, OP_MAX, d->high, d->low);
 }
 
 // Σ pᵢ² / (μ - λᵢ)^power
-static IrId weighed(const Dual *d, IrId mu, int power)
+static IrId weighed(const Dual *d, IrId sigma, int power)
 {
     const Maker *m = d->m;
     IrId sum = 0;
     for (int k = 0; k < 3; k++) {
         if (d->axes->flat[k]) continue;
-        IrId above = op2(m, OP_SUB, mu, d->axes->lambda[k]), divisor = above;
+        IrId above = op2(m, OP_ADD, sigma, d->below[k]), divisor = above;
         for (int i = 1; i < power; i++) divisor = op2(m, OP_MUL, divisor, above);
         sum = joined(m, OP_ADD, sum, op2(m, OP_DIV, d->pp[k], divisor));
     }
@@ -193,13 +198,13 @@ static IrId weighed(const Dual *d, IrId mu, int power)
 }
 
 // μ + (|d| / D - 1) |d|² / Σ dᵢ² / (μ - λᵢ). Where the gradient is 0 there is no step.
-static IrId stepped(const Dual *d, IrId mu)
+static IrId stepped(const Dual *d, IrId sigma)
 {
     const Maker *m = d->m;
-    IrId squares = weighed(d, mu, 2), slope = op2(m, OP_MAX, weighed(d, mu, 3), number(m, 1e-18));
+    IrId squares = weighed(d, sigma, 2), slope = op2(m, OP_MAX, weighed(d, sigma, 3), number(m, 1e-18));
     IrId far = op2(m, OP_SUB, op2(m, OP_DIV, op1(m, OP_SQRT, squares), d->radius), number(m, 1));
     IrId step = op2(m, OP_MUL, far, op2(m, OP_DIV, squares, slope));
-    return op2(m, OP_MIN, op2(m, OP_MAX, op2(m, OP_ADD, mu, step), d->low), d->high);
+    return op2(m, OP_MIN, op2(m, OP_MAX, op2(m, OP_ADD, sigma, step), d->low), d->high);
 }
 
 static IrId greatest(const Maker *m, const Axes *axes, IrId radius)
@@ -214,9 +219,10 @@ static IrId greatest(const Maker *m, const Axes *axes, IrId radius)
         d.value = op2(m, OP_ADD, d.value, op2(m, OP_MUL, x, op2(m, OP_ADD, d.p[k], axes->half[k])));
     }
     bound(&d);
-    IrId mu = d.low;
-    for (int k = 0; k < NEWTON_STEPS; k++) mu = stepped(&d, mu);
-    IrId gain = op2(m, OP_ADD, op2(m, OP_MUL, mu, square(m, radius)), weighed(&d, mu, 1));
+    IrId sigma = d.low;
+    for (int k = 0; k < NEWTON_STEPS; k++) sigma = stepped(&d, sigma);
+    IrId mu = op2(m, OP_ADD, sigma, d.top);
+    IrId gain = op2(m, OP_ADD, op2(m, OP_MUL, mu, square(m, radius)), weighed(&d, sigma, 1));
     return op2(m, OP_ADD, d.value, gain);
 }
 

@@ -11,7 +11,7 @@
 // a straight line in μ, comes there from below; its start is the exact μ of balls, cylinders, slabs and planes.
 //
 // So the expression is never less than the greatest q but for rounding, whatever the steps have reached; and it is greater
-// by no more than RADIUS_QUADRIC_TOLERANCE of D |grad q| + D² max |λᵢ|. tests/unit/test_operation.c samples both.
+// by no more than RADIUS_QUADRIC_TOLERANCE of what q varies by on the sphere. tests/unit/test_operation.c samples both.
 //
 // How the trust region's equation is solved: Moré and Sorensen, Computing a trust region step, 1983.
 #ifndef SCN_COMPILER_RADIUS_QUADRIC_H

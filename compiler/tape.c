@@ -461,64 +461,164 @@ Interval tape_over(const Plan *plan, const PlanTape *tape, const double *values,
 
 // --- bounds
 
-// Cells are halved along each axis, level by level, as long as there is work left: what has no point of F >= 0 goes.
-enum { BOUNDS_CELLS = 512, BOUNDS_LEVELS = 26, BOUNDS_STEPS = 1 << 20 };
+// A search has this many steps to evaluate, and cells at one time.
+enum { BOUNDS_CELLS = 512, BOUNDS_LEVELS = 8, BOUNDS_STEPS = 1 << 20 };
 
 typedef struct Cell {
-    double low[3], size;
+    double low[3], high[3];
 } Cell;
 
-static bool cell_matters(const Plan *plan, const PlanTape *tape, const double *values, const Cell *cell, double *work)
+typedef struct Search {
+    const Plan *plan;
+    const PlanTape *tape;
+    const double *values;
+    double *work;
+    int64_t left; // steps
+    bool ends[3]; // along which axes slices were cut off: across the others the function may go on for ever
+    Cell known;   // around points that are inside: what lies in it is no matter
+} Search;
+
+static bool cell_matters(Search *s, const Cell *cell)
 {
     Interval box[3];
-    for (int k = 0; k < 3; k++) box[k] = interval_of(cell->low[k], cell->low[k] + cell->size);
-    Interval f = tape_over(plan, tape, values, box, work);
+    for (int k = 0; k < 3; k++) box[k] = interval_of(cell->low[k], cell->high[k]);
+    s->left -= s->tape->count + 8;
+    Interval f = tape_over(s->plan, s->tape, s->values, box, s->work);
     return !interval_is_empty(f) && f.high >= 0;
 }
 
-// Fills `next` with what matters of the halves of all cells; false where that is too much.
-static bool refine(const Plan *plan, const PlanTape *tape, const double *values, const Cell *cells, uint32_t count,
-                   Cell *next, uint32_t *next_count, double *work)
+// Takes from one side of the box what is certainly outside, half of it, a quarter, an eighth and so on, until a 32nd is too
+// much. Whether any of it is gone.
+static bool cut_side(Search *s, Cell *box, int axis, bool upper)
+{
+    bool any = false;
+    for (double part = 0.5; part > 1.0 / 64 && s->left > 0;) {
+        Cell slice = *box;
+        double at = upper ? box->high[axis] - part * (box->high[axis] - box->low[axis])
+                          : box->low[axis] + part * (box->high[axis] - box->low[axis]);
+        *(upper ? &slice.low[axis] : &slice.high[axis]) = at;
+        if (!(slice.low[axis] < slice.high[axis]) || cell_matters(s, &slice)) {
+            part /= 2;
+            continue;
+        }
+        *(upper ? &box->high[axis] : &box->low[axis]) = at;
+        s->ends[axis] = any = true;
+    }
+    return any;
+}
+
+// What is cut along one axis may let more be cut along another.
+static void cut_sides(Search *s, Cell *box)
+{
+    enum { ROUNDS = 8 };
+    bool again = true;
+    for (int round = 0; round < ROUNDS && again && s->left > BOUNDS_STEPS / 2; round++) {
+        again = false;
+        for (int side = 0; side < 6; side++) again |= cut_side(s, box, side / 2, side % 2 != 0);
+    }
+}
+
+// The eight parts of a cell, fewer where an axis is not cut.
+static bool part_of(const Search *s, const Cell *cell, uint32_t part, Cell *result)
+{
+    *result = *cell;
+    for (int axis = 0; axis < 3; axis++) {
+        bool upper = part >> axis & 1;
+        double middle = cell->low[axis] + (cell->high[axis] - cell->low[axis]) / 2;
+        if (s->ends[axis])
+            *(upper ? &result->low[axis] : &result->high[axis]) = middle;
+        else if (upper)
+            return false;
+    }
+    return true;
+}
+
+static bool is_known(const Search *s, const Cell *cell)
+{
+    for (int axis = 0; axis < 3; axis++) {
+        if (s->ends[axis] && !(cell->low[axis] >= s->known.low[axis] && cell->high[axis] <= s->known.high[axis]))
+            return false;
+    }
+    return true;
+}
+
+static void look_inside(Search *s, const Cell *cell)
+{
+    double p[3];
+    for (int axis = 0; axis < 3; axis++) p[axis] = cell->low[axis] + (cell->high[axis] - cell->low[axis]) / 2;
+    s->left -= s->tape->count;
+    if (!(tape_at(s->plan, s->tape, s->values, p, s->work).f >= 0)) return;
+    for (int axis = 0; axis < 3; axis++) {
+        s->known.low[axis] = fmin(s->known.low[axis], p[axis]);
+        s->known.high[axis] = fmax(s->known.high[axis], p[axis]);
+    }
+}
+
+// Fills `next` with what matters of the parts of all cells; false where that is too much.
+static bool refine(Search *s, const Cell *cells, uint32_t count, Cell *next, uint32_t *next_count)
 {
     *next_count = 0;
     for (uint32_t k = 0; k < count; k++) {
         for (uint32_t part = 0; part < 8; part++) {
-            Cell cell = {.size = cells[k].size / 2};
-            for (uint32_t axis = 0; axis < 3; axis++)
-                cell.low[axis] = cells[k].low[axis] + (part >> axis & 1) * cell.size;
-            if (!cell_matters(plan, tape, values, &cell, work)) continue;
-            if (*next_count == BOUNDS_CELLS) return false;
+            Cell cell;
+            if (!part_of(s, &cells[k], part, &cell) || is_known(s, &cell) || !cell_matters(s, &cell)) continue;
+            look_inside(s, &cell);
+            if (*next_count == BOUNDS_CELLS || s->left < 0) return false;
             next[(*next_count)++] = cell;
         }
     }
     return true;
 }
 
-void tape_bounds(const Plan *plan, const PlanTape *tape, const double *values, double low[3], double high[3])
+void tape_bounds_within(const Plan *plan, const PlanTape *tape, const double *values, double low[3], double high[3])
 {
     Arena scratch = {0};
-    double *work = arena_array(&scratch, double, TAPE_WORK *(size_t)(TAPE_POINT + tape->count));
+    Search s = {.plan = plan, .tape = tape, .values = values, .left = BOUNDS_STEPS};
+    s.work = arena_array(&scratch, double, TAPE_WORK *(size_t)(TAPE_POINT + tape->count));
     Cell *cells = arena_array(&scratch, Cell, BOUNDS_CELLS), *next = arena_array(&scratch, Cell, BOUNDS_CELLS);
-    cells[0] = (Cell){{-TAPE_REACH, -TAPE_REACH, -TAPE_REACH}, 2 * TAPE_REACH};
     uint32_t count = 1, next_count;
-    int64_t left = BOUNDS_STEPS;
+    for (int axis = 0; axis < 3; axis++) {
+        s.ends[axis] = low[axis] > -TAPE_REACH && high[axis] < TAPE_REACH;
+        cells->low[axis] = fmax(low[axis], -TAPE_REACH);
+        cells->high[axis] = fmin(high[axis], TAPE_REACH);
+        s.known.low[axis] = INFINITY;
+        s.known.high[axis] = -INFINITY;
+        if (!(cells->low[axis] <= cells->high[axis])) count = 0;
+    }
+    if (count) cut_sides(&s, cells);
+    count = count && cell_matters(&s, cells);
+    Cell whole = *cells;
+    if (count) look_inside(&s, &whole);
     for (int level = 0; level < BOUNDS_LEVELS && count; level++) {
-        left -= 8 * (int64_t)count * (tape->count + 8);
-        if (left < 0 || !refine(plan, tape, values, cells, count, next, &next_count, work)) break;
+        if (!s.ends[0] && !s.ends[1] && !s.ends[2]) break;
+        if (s.left < 8 * (int64_t)count * (tape->count + 8) || !refine(&s, cells, count, next, &next_count)) break;
         Cell *old = cells;
         cells = next;
         next = old;
         count = next_count;
     }
     for (int axis = 0; axis < 3; axis++) {
-        low[axis] = INFINITY;
-        high[axis] = -INFINITY;
+        low[axis] = s.known.low[axis];
+        high[axis] = s.known.high[axis];
         for (uint32_t k = 0; k < count; k++) {
             low[axis] = fmin(low[axis], cells[k].low[axis]);
-            high[axis] = fmax(high[axis], cells[k].low[axis] + cells[k].size);
+            high[axis] = fmax(high[axis], cells[k].high[axis]);
+        }
+        if (!s.ends[axis] && low[axis] <= high[axis]) {
+            low[axis] = whole.low[axis];
+            high[axis] = whole.high[axis];
         }
         if (low[axis] == -TAPE_REACH) low[axis] = -INFINITY;
         if (high[axis] == TAPE_REACH) high[axis] = INFINITY;
     }
     arena_release(&scratch);
+}
+
+void tape_bounds(const Plan *plan, const PlanTape *tape, const double *values, double low[3], double high[3])
+{
+    for (int axis = 0; axis < 3; axis++) {
+        low[axis] = -INFINITY;
+        high[axis] = INFINITY;
+    }
+    tape_bounds_within(plan, tape, values, low, high);
 }

@@ -48,9 +48,13 @@ FieldValue tape_steps_at(const TapeStep *steps, uint32_t count, const double *va
 Interval tape_steps_over(const TapeStep *steps, uint32_t count, const double *values, const Interval box[3],
                          double *work);
 
-// A box that holds all of F >= 0 that is within TAPE_REACH of the origin, in the expression's own coordinates: space is
-// cut into boxes and each is asked for its sign. Sides whose end is not found are infinite; low > high: nothing is there.
+// A box that holds all of F >= 0 that is within TAPE_REACH of the origin, in the expression's own coordinates. Slices are
+// cut off its sides for as long as intervals say that F < 0 in them, then what is left is cut into boxes, and each is asked.
+// Sides whose end is not found are infinite; low > high: nothing is there.
 #define TAPE_REACH 65536.0 // beyond it general fields are not looked for
 void tape_bounds(const Plan *plan, const PlanTape *tape, const double *values, double low[3], double high[3]);
+
+// The same of what is within a box, from which it begins; its sides may be infinite.
+void tape_bounds_within(const Plan *plan, const PlanTape *tape, const double *values, double low[3], double high[3]);
 
 #endif

@@ -8,6 +8,7 @@
 
 #include "compiler/emit.h"
 #include "compiler/frame.h"
+#include "runtime/camera.h"
 #include "runtime/framing.h"
 #include "runtime/image_exr.h"
 #include "runtime/image_png.h"
@@ -93,9 +94,14 @@ static void launch_once(ScnScene *scene)
     double start = scene_milliseconds();
     FrameError error;
     Film *film = film_new(1, 1, FILM_COLOR);
+    const Plan *plan = scene->package->plan;
     RenderJob job = {.values = scene->values, .film = film};
-    if (film && frame_evaluate(scene->package->plan, &(FrameInput){.inputs = scene->inputs}, scene->values, &error))
+    if (film && frame_evaluate(plan, &(FrameInput){.inputs = scene->inputs}, scene->values, &error)) {
+        double *camera = scene->values + plan->camera;
+        if (camera[14] != 0)
+            camera_frame(camera, plan->orthographic, &(Box){{-1, -1, -1}, {1, 1, 1}}, 1); // it has no eye yet
         renderer_frame(scene->renderer, &job, NULL, NULL); // what fails will fail again, in a frame that is asked for
+    }
     film_free(film);
     scene->stats.build_ms += scene_milliseconds() - start;
 }

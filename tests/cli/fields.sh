@@ -75,4 +75,10 @@ run 0 "$scn" render touch.scn -o touch.exr --size 32x32 --layers certificate -q
 quiet err
 run 0 exrheader touch.exr
 says out 'certificate, 16-bit floating-point'
+
+# A field without an end is rendered without a camera, when its kernel is built too, and one that another cuts to size.
+echo 'field(z - x^2 - y^2);' >endless.scn
+run 0 "$scn" render endless.scn -o endless.png --size 32x32 -q
+echo 'field(1 - x^2 - y^2) & slab(z: -1 .. 1);' >cut.scn
+run 0 "$scn" render cut.scn -o cut.png --size 32x32 -q
 finish

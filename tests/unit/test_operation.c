@@ -15,6 +15,7 @@
 #include "compiler/compile.h"
 #include "compiler/eval.h"
 #include "compiler/object.h"
+#include "compiler/radius_quadric.h"
 
 // F of the scene of a text.
 typedef struct Function {
@@ -433,7 +434,7 @@ static void random_quadric(uint64_t *state, char *text, size_t size)
 }
 
 // F of the offset of a quadric that keeps no class is the greatest F in the ball itself: never less than what is sampled,
-// and greater by 4e-6 of what F does on the sphere at most.
+// and greater by no more than the tolerance of what F does on the sphere.
 static void radii_of_quadrics_are_the_greatest_of_the_ball(void **unused)
 {
     uint64_t state = 9;
@@ -451,7 +452,7 @@ static void radii_of_quadrics_are_the_greatest_of_the_ball(void **unused)
             double best = sampled_greatest(plain, &state, p, fabs(radius), &range), found = function_at(grown, p);
             below = fmax(below, (best - found) / range);
             above = fmax(above, (found - best) / range);
-            if (found < best - 1e-12 * (1 + range) || found > best + 4e-6 * range)
+            if (found < best - 1e-12 * (1 + range) || found > best + RADIUS_QUADRIC_TOLERANCE * range)
                 fail_msg("%s at %g %g %g: F = %.9g, sampled %.9g, range %g", grown_text, p[0], p[1], p[2], found, best,
                          range);
         }

@@ -6,6 +6,7 @@
 
 #include <cmocka.h>
 
+#include "compiler/expression.h"
 #include "compiler/tape.h"
 #include "runtime/import_vm.h"
 #include "tests/unit/ir_random.h"
@@ -157,6 +158,9 @@ static void bounds_hold_the_object_and_little_else(void **state)
         ir_op2(ir, OP_ADD, test_span, ir_op2(ir, OP_POW, test_span, x, two), ir_op2(ir, OP_POW, test_span, y, two));
     IrId disc = ir_op2(ir, OP_SUB, test_span, one, square);
     IrId ball = ir_op2(ir, OP_SUB, test_span, disc, ir_op2(ir, OP_POW, test_span, z, two));
+    IrId away[3];
+    for (int k = 0; k < 3; k++) away[k] = ir_op2(ir, OP_SUB, test_span, axis(ir, OP_X + k), ir_const(ir, 999 - k));
+    IrId moved = expression_substitute(ir, ball, away);
     Taped t;
     double low[3], high[3];
     taped_init(&t, ir, ball);
@@ -165,7 +169,16 @@ static void bounds_hold_the_object_and_little_else(void **state)
     arena_release(&t.arena);
     taped_init(&t, ir, disc); // endless along z
     tape_bounds(&t.plan, &t.tape, t.numbers.values, low, high);
-    assert_true(low[2] == -INFINITY && high[2] == INFINITY && low[0] <= -1 && low[0] > -65536);
+    assert_true(low[2] == -INFINITY && high[2] == INFINITY);
+    for (int k = 0; k < 2; k++) assert_true(low[k] <= -1 && low[k] > -1.1 && high[k] >= 1 && high[k] < 1.1);
+    for (int k = 0; k < 3; k++) low[k] = k == 0 ? 0.5 : -7, high[k] = 9; // of what is within a box
+    tape_bounds_within(&t.plan, &t.tape, t.numbers.values, low, high);
+    assert_true(low[0] == 0.5 && high[0] < 1.1 && low[1] > -1 && high[1] < 1 && low[2] == -7 && high[2] == 9);
+    arena_release(&t.arena);
+    taped_init(&t, ir, moved);
+    tape_bounds(&t.plan, &t.tape, t.numbers.values, low, high);
+    for (int k = 0; k < 3; k++)
+        assert_true(low[k] <= 998 - k && low[k] > 997 - k && high[k] >= 1000 - k && high[k] < 1001 - k);
     arena_release(&t.arena);
     arena_release(&arena);
 }
