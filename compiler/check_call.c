@@ -331,14 +331,37 @@ static void check_choice(Calling *k, const Parameter *p, const Node *node)
 
 // --- binding
 
-static void report_unknown(Calling *k, Name name, Span span, const Callable *first)
+// "(x, y, z, about)": what a call that stands behind a dot need not say is left out.
+static const char *parameter_list(Calling *k, const Callable *callee)
+{
+    const char *all = NULL;
+    for (uint32_t i = k->receiver ? 1 : 0; i < callee->count; i++)
+        all =
+            all ? arena_printf(&k->c->scratch, "%s, %s", all, callee->parameters[i].name) : callee->parameters[i].name;
+    return arena_printf(&k->c->scratch, "(%s)", all ? all : "");
+}
+
+// A name that only another way to call it has: which names go together is said.
+static bool report_mixed(Calling *k, Name name, Span span)
+{
+    const Callable *other = k->first;
+    while (other && parameter_named(other, name) < 0) other = other->overload;
+    if (!other) return false;
+    diag(k->c->unit, span, DIAG_UNKNOWN_ARGUMENT, "%s is called with %s or with %s: %s is not among the first",
+         k->callee->name, parameter_list(k, k->callee), parameter_list(k, other), name);
+    return true;
+}
+
+static void report_unknown(Calling *k, Name name, Span span)
 {
     enum { MOST = 64 };
     const char *known[MOST] = {0};
     int count = 0;
     const char *all = NULL;
-    for (const Callable *callee = first; callee; callee = callee->overload) {
-        for (uint32_t i = 0; i < callee->count && count < MOST; i++) {
+    k->bad = true;
+    if (report_mixed(k, name, span)) return;
+    for (const Callable *callee = k->first; callee; callee = callee->overload) {
+        for (uint32_t i = k->receiver ? 1 : 0; i < callee->count && count < MOST; i++) {
             bool seen = false;
             for (int j = 0; j < count; j++) seen |= known[j] == callee->parameters[i].name;
             if (seen) continue;
@@ -346,16 +369,14 @@ static void report_unknown(Calling *k, Name name, Span span, const Callable *fir
             all = all ? arena_printf(&k->c->scratch, "%s, %s", all, known[count - 1]) : known[count - 1];
         }
     }
-    k->bad = true;
-    const char *near = suggested_name(name, known, count);
+    const char *near = suggested_name(name, known, count), *callee = k->first->name;
     if (near) {
-        Diag *d =
-            diag(k->c->unit, span, DIAG_UNKNOWN_ARGUMENT, "%s has no %s: do you mean %s?", first->name, name, near);
+        Diag *d = diag(k->c->unit, span, DIAG_UNKNOWN_ARGUMENT, "%s has no %s: do you mean %s?", callee, name, near);
         diag_fix(k->c->unit, d, span, FIX_LIKELY, "%s", near);
     } else if (all) {
-        diag(k->c->unit, span, DIAG_UNKNOWN_ARGUMENT, "%s has no %s: it has %s", first->name, name, all);
+        diag(k->c->unit, span, DIAG_UNKNOWN_ARGUMENT, "%s has no %s: it has %s", callee, name, all);
     } else {
-        diag(k->c->unit, span, DIAG_UNKNOWN_ARGUMENT, "%s has no arguments", first->name);
+        diag(k->c->unit, span, DIAG_UNKNOWN_ARGUMENT, "%s has no arguments", callee);
     }
 }
 
@@ -448,7 +469,7 @@ static void bind_positional(Calling *k)
     }
 }
 
-static void bind_named(Calling *k, const Callable *first)
+static void bind_named(Calling *k)
 {
     for (uint32_t i = k->positional; i < k->count; i++) {
         const Argument *a = &k->arguments[i];
@@ -456,7 +477,7 @@ static void bind_named(Calling *k, const Callable *first)
         if (at < 0 && a->foreign)
             k->bad = true;
         else if (at < 0)
-            report_unknown(k, a->name, a->span, first);
+            report_unknown(k, a->name, a->span);
         else if (bind_one(k, at, a->node, a->span, false))
             check_argument(k, at, a->node, a->type);
     }
@@ -464,7 +485,7 @@ static void bind_named(Calling *k, const Callable *first)
 
 // --- the block
 
-static void bind_entry(Calling *k, Node *item, const Callable *first)
+static void bind_entry(Calling *k, Node *item)
 {
     k->call->has_entries = true;
     if (item->a->kind != NODE_NAME) {
@@ -485,7 +506,7 @@ static void bind_entry(Calling *k, Node *item, const Callable *first)
         k->bad = true;
         lost_add(k->c->unit, item->a->name); // it may have been meant as a let
     } else if (at < 0) {
-        report_unknown(k, item->a->name, item->a->span, first);
+        report_unknown(k, item->a->name, item->a->span);
     } else if (bind_one(k, at, item->b, item->a->span, true)) {
         check_argument(k, at, item->b, have);
     }
@@ -499,7 +520,7 @@ static bool has_values(const Node *block)
     return false;
 }
 
-static void bind_block(Calling *k, const Callable *first)
+static void bind_block(Calling *k)
 {
     Node *block = k->node->c;
     if (!block) return;
@@ -520,7 +541,7 @@ static void bind_block(Calling *k, const Callable *first)
     uint32_t mark = names_open(k->c, &scope, block->a);
     for (Node *item = block->a; item; item = item->next) {
         if (item->kind == NODE_ENTRY)
-            bind_entry(k, item, first);
+            bind_entry(k, item);
         else
             check_item(k->c, item, &values);
     }
@@ -776,12 +797,12 @@ Type check_call(Checker *c, Node *node, const Type *receiver, Symbol *symbol)
     k.call = arena_alloc(&c->unit->tree_arena, sizeof(Call) + k.callee->count * sizeof(Bound));
     k.call->callee = k.callee;
     bind_positional(&k);
-    bind_named(&k, symbol->callable);
+    bind_named(&k);
     Type of_cases = poison();
     if (cases)
         of_cases = check_cases(c, node, k.call, driver_type(&k));
     else
-        bind_block(&k, symbol->callable);
+        bind_block(&k);
     if (!k.bad) check_missing(&k);
     if (!k.bad && built_in) check_rules(&k);
     if (!k.bad && k.callee->kind == CALLABLE_TOOL) check_tool_place(&k);
