@@ -198,7 +198,7 @@ __kernel void render(__global const FrameConstants *frame, __global const ViewCo
 #ifdef HAS_FIELD
                  (__global const TapeStep *)tapes,
 #endif
-                 work + (size_t)group * frame->slot_size, counters, certificate};
+                 work, work + (size_t)group * frame->slot_size, counters, certificate};
     Tile tile = {hit_z, normal_x, normal_y, normal_z, hit_leaf, visible,
 #if WIDTH == 16
                  light_u, light_v, light_w,
@@ -206,6 +206,12 @@ __kernel void render(__global const FrameConstants *frame, __global const ViewCo
                  shared,
                  (int)(number % (uint)frame->tiles_across) * TILE_SIZE, (int)(number / (uint)frame->tiles_across) * TILE_SIZE};
     Film film = {color, depth, normal, position, id};
+#ifdef HAS_FIELD
+    if (stages == STAGE_REGIONS) {
+        region_make(&b, number, shared);
+        return;
+    }
+#endif
     if (!primary_hits(&b, &tile, stages) || stages == 1 || stages == 2) return;
     // As many lights at a time as `visible` has bits.
     for (uint first = 0; first == 0 || first < frame->light_count; first += 32) {

@@ -101,6 +101,9 @@ typedef uint UINT;
 #if __has_builtin(__builtin_ia32_rcp14ps512_mask) && __has_builtin(__builtin_ia32_rsqrt14ps512_mask)
 #define HAS_ROUGH 1
 #endif
+#if __has_builtin(__builtin_ia32_addps512) && __has_builtin(__builtin_ia32_subps512) && __has_builtin(__builtin_ia32_mulps512)
+#define HAS_DIRECTED 1 // arithmetic that is rounded as each operation says
+#endif
 #endif
 
 #ifdef HAS_ROUGH
@@ -252,7 +255,8 @@ static uint mask_bits(int16 mask)
 #endif
 
 #ifdef HAS_FIELD
-struct FieldTile; // field.cl
+struct FieldTile; // cells.cl
+struct FieldMemory;
 #endif
 
 // What a ray (a packet of them) brings to every function that looks for its hits.
@@ -265,10 +269,11 @@ typedef struct Ray {
     uint count;
 #ifdef HAS_FIELD
     __global const TapeStep *tapes;
-    __global const struct FieldTile *fields; // of the tile, that have slabs
-    uint field_count, block;                 // block: number of the packet in the tile
-    __global FLOAT *field_memory;            // of this work-item
-    INT *doubts;                             // rays that met what floats cannot decide
+    __global struct FieldTile *fields; // of the tile, that have slabs
+    uint field_count, part;            // part: number of the part of the tile that holds the packet
+    struct FieldMemory *field_cells;   // for cells of the tile
+    __global FLOAT *field_memory;      // of this work-item
+    INT *doubts;                       // rays that met what floats cannot decide
 #endif
     int shadow; // 1: whether there is a hit before the bound is all that is asked
 } Ray;

@@ -159,7 +159,11 @@ typedef struct FrameConstants {
     unsigned slot_size;     // of a tile's lists, in unsigneds
     unsigned field_offset;  // in the slot: memory for general fields
     unsigned tape_longest;  // steps of a tape
-    unsigned tape_pool;     // steps of the shortened tapes of a tile
+    unsigned tape_pool;     // steps of the shortened tapes of a tile, or region
+    unsigned regions_across; // 0: there are none
+    unsigned region_fields;  // that a region has room for
+    unsigned region_size;    // in unsigneds
+    unsigned region_first;   // in the tiles' memory: where the first one's is, in slots
     float bias;         // shadow rays begin this far off the surface, in units
     float orthographic; // 1: w - start is the depth
     float unit;         // world length of one unit
@@ -180,9 +184,17 @@ typedef struct FrameConstants {
 #define COUNTER_UNCERTAIN 1 // pixels whose first surface is not certified
 #define COUNTER_COUNT 4
 
-// Memory of a tile for general fields, in unsigneds: a table of fields, values of one evaluation for each work-item, and, with packets, what is
-// chosen in each step, twice, and shortened tapes. `lanes`: rays of all work-items together.
-#define FIELD_TABLE 5632
-#define FIELD_ROOM(longest, pool, lanes) ((FIELD_TABLE + ((longest) + 4u) * (4u * (lanes) + 4u) + 2u * (pool) + 31u) & ~31u)
+// Memory of a tile for general fields, in unsigneds: a table of fields (cells.cl), scratch, and shortened tapes. `lanes`: rays of all work-items together.
+// Scratch are the values of one evaluation for each work-item and, with packets, what is chosen in each step and who needs it.
+#define FIELD_TABLE 10240
+#define FIELD_SCRATCH(longest, lanes) (((longest) + 4u) * (4u * (lanes) + 4u))
+#define FIELD_ROOM(longest, pool, lanes) ((FIELD_TABLE + FIELD_SCRATCH(longest, lanes) + 2u * (pool) + 31u) & ~31u)
+
+// Regions (cells.cl) of REGION_TILES x REGION_TILES tiles: a table of up to `fields` fields and shortened tapes.
+#define REGION_TILES 4
+#define REGION_HEAD 2
+#define REGION_FIELD 4168
+#define REGION_ROOM(fields, pool) ((REGION_HEAD + (fields) * REGION_FIELD + 2u * (pool) + 31u) & ~31u)
+#define STAGE_REGIONS 16u // the kernel's stage that makes them: its work-items are regions
 
 #endif

@@ -167,6 +167,42 @@ INLINE Range outward(FLOAT low, FLOAT high, float units)
     return (Range){below(low, units), above(high, units)};
 }
 
+// An infinite end is not reached, so 0 times it is 0.
+INLINE FLOAT product(FLOAT a, FLOAT b)
+{
+    FLOAT p = a * b, zero = 0.0f;
+    return p == p ? p : zero;
+}
+
+// Sums, differences and products rounded down and up: by the processor where it can, else as below() and above() do. An end is never infinite on the wrong
+// side, so no sum of two lower or of two upper ends is undefined.
+#ifdef HAS_DIRECTED
+#define BY_HALVES_DIRECTED(operation, a, b, way)    \
+    FLOAT result;                                   \
+    result.lo = operation((a).lo, (b).lo, way);     \
+    result.hi = operation((a).hi, (b).hi, way);     \
+    return result;
+#if LANES == 16
+#undef BY_HALVES_DIRECTED
+#define BY_HALVES_DIRECTED(operation, a, b, way) return operation(a, b, way);
+#endif
+#define DOWN 9 // towards -infinity, without exceptions
+#define UP 10
+INLINE FLOAT sum_below(FLOAT a, FLOAT b) { BY_HALVES_DIRECTED(__builtin_ia32_addps512, a, b, DOWN) }
+INLINE FLOAT sum_above(FLOAT a, FLOAT b) { BY_HALVES_DIRECTED(__builtin_ia32_addps512, a, b, UP) }
+INLINE FLOAT difference_below(FLOAT a, FLOAT b) { BY_HALVES_DIRECTED(__builtin_ia32_subps512, a, b, DOWN) }
+INLINE FLOAT difference_above(FLOAT a, FLOAT b) { BY_HALVES_DIRECTED(__builtin_ia32_subps512, a, b, UP) }
+INLINE FLOAT product_below(FLOAT a, FLOAT b) { BY_HALVES_DIRECTED(__builtin_ia32_mulps512, a, b, DOWN) }
+INLINE FLOAT product_above(FLOAT a, FLOAT b) { BY_HALVES_DIRECTED(__builtin_ia32_mulps512, a, b, UP) }
+#else
+INLINE FLOAT sum_below(FLOAT a, FLOAT b) { return below(a + b, 1.0f); }
+INLINE FLOAT sum_above(FLOAT a, FLOAT b) { return above(a + b, 1.0f); }
+INLINE FLOAT difference_below(FLOAT a, FLOAT b) { return below(a - b, 1.0f); }
+INLINE FLOAT difference_above(FLOAT a, FLOAT b) { return above(a - b, 1.0f); }
+INLINE FLOAT product_below(FLOAT a, FLOAT b) { return below(product(a, b), 1.0f); }
+INLINE FLOAT product_above(FLOAT a, FLOAT b) { return above(product(a, b), 1.0f); }
+#endif
+
 INLINE Range range_everything(void)
 {
     FLOAT low = -INFINITY, high = INFINITY;
@@ -185,31 +221,40 @@ INLINE Range range_hull(Range a, Range b)
 
 INLINE Range range_add(Range a, Range b)
 {
-    return outward(a.low + b.low, a.high + b.high, 1.0f);
+    return (Range){sum_below(a.low, b.low), sum_above(a.high, b.high)};
 }
 
 INLINE Range range_sub(Range a, Range b)
 {
-    return outward(a.low - b.high, a.high - b.low, 1.0f);
-}
-
-// An infinite end is not reached, so 0 times it is 0.
-INLINE FLOAT product(FLOAT a, FLOAT b)
-{
-    FLOAT p = a * b, zero = 0.0f;
-    return p == p ? p : zero;
+    return (Range){difference_below(a.low, b.high), difference_above(a.high, b.low)};
 }
 
 INLINE Range range_mul(Range a, Range b)
 {
+#ifdef HAS_DIRECTED
+    FLOAT p = product_below(a.low, b.low), q = product_below(a.low, b.high), r = product_below(a.high, b.low), s = product_below(a.high, b.high);
+    FLOAT zero = 0.0f;
+    INT odd = (p != p) | (q != q) | (r != r) | (s != s); // infinite times 0
+    Range result = {least(least(p, q), least(r, s)), most(most(product_above(a.low, b.low), product_above(a.low, b.high)),
+                                                          most(product_above(a.high, b.low), product_above(a.high, b.high)))};
+    if (!ANY(odd)) return result;
+    p = p == p ? p : zero;
+    q = q == q ? q : zero;
+    r = r == r ? r : zero;
+    s = s == s ? s : zero;
+    Range careful = outward(least(least(p, q), least(r, s)), most(most(p, q), most(r, s)), 1.0f);
+    return (Range){odd ? careful.low : result.low, odd ? careful.high : result.high};
+#else
     FLOAT p = product(a.low, b.low), q = product(a.low, b.high), r = product(a.high, b.low), s = product(a.high, b.high);
     return outward(least(least(p, q), least(r, s)), most(most(p, q), most(r, s)), 1.0f);
+#endif
 }
 
 INLINE Range range_scale(Range a, float b)
 {
-    FLOAT p = product(a.low, (FLOAT)(b)), q = product(a.high, (FLOAT)(b));
-    return b < 0.0f ? outward(q, p, 1.0f) : outward(p, q, 1.0f);
+    FLOAT factor = b, zero = 0.0f;
+    if (b == 0.0f) return (Range){zero, zero};
+    return b < 0.0f ? (Range){product_below(a.high, factor), product_above(a.low, factor)} : (Range){product_below(a.low, factor), product_above(a.high, factor)};
 }
 
 INLINE INT has_zero(Range a)
@@ -227,9 +272,8 @@ NOINLINE Range range_div(Range a, Range b)
 
 INLINE Range range_square(Range a)
 {
-    FLOAT p = a.low * a.low, q = a.high * a.high, zero = 0.0f;
-    FLOAT low = most(below(least(p, q), 1.0f), zero);
-    return (Range){has_zero(a) ? zero : low, above(most(p, q), 1.0f)};
+    FLOAT zero = 0.0f, near = least(size_of(a.low), size_of(a.high)), far = most(size_of(a.low), size_of(a.high));
+    return (Range){has_zero(a) ? zero : most(product_below(near, near), zero), product_above(far, far)};
 }
 
 INLINE Range range_abs(Range a)
@@ -456,6 +500,47 @@ INLINE Range step_range(TapeStep step, Range a, Range b, Doubt *doubt)
     }
 }
 
+// A number of a tape; where it is none, or too large for a float, nothing is known.
+INLINE Range range_literal(uint bits)
+{
+    float b = as_float(bits);
+    Range r;
+    r.low = b < INFINITY ? b : -INFINITY;
+    r.high = b > -INFINITY ? b : INFINITY;
+    return r;
+}
+
+// The tape over boxes, a lane each.
+NOINLINE void tape_range(const Tape *tape, const Range *box, __global FLOAT *memory, Range *result, Doubt *doubt)
+{
+    __global Range *v = (__global Range *)memory;
+    doubt->maybe = doubt->never = (box[0].low != box[0].low) & (box[0].low == box[0].low); // none
+    for (uint k = 0; k < TAPE_POINT; k++) v[k] = box[k];
+    for (uint k = 0; k < tape->count; k++) {
+        TapeStep step = tape->steps[k];
+        uint op = TAPE_OP(step.word);
+        Range a = v[TAPE_A(step.word)], b, r;
+        if (op == TAPE_SELECT) {
+            Range first = v[step.b & 0xffffu], second = v[step.b >> 16];
+            r = range_choose(!has_zero(a), first, range_choose(!has_other(a), second, range_hull(first, second)));
+        } else {
+            if (!(step.word & TAPE_LITERAL) && takes_second(op)) b = v[step.b];
+            else b = range_literal(step.b);
+            r = step_range(step, a, b, doubt);
+        }
+        v[TAPE_POINT + k] = r;
+    }
+    *result = v[tape->root];
+}
+
+// The coordinate o + s e for s from p to q.
+INLINE Range range_ahead(FLOAT o, FLOAT e, FLOAT p, FLOAT q)
+{
+    FLOAT one = product(e, p), two = product(e, q);
+    Range way = outward(least(one, two), most(one, two), 1.0f);
+    return outward(o + way.low, o + way.high, 1.0f);
+}
+
 // --- over pieces of rays
 
 typedef struct Dual { // a range and that of its derivative along the ray
@@ -505,6 +590,27 @@ NOINLINE void unary_slope(uint op, int power, const Range *pa, const Range *pr, 
     *result = s;
 }
 
+// The part of exp a in exp a + exp b for a - b at least, or at most, `lead`.
+static FLOAT share_of(FLOAT lead, float margin)
+{
+    FLOAT zero = 0.0f, one = 1.0f;
+    FLOAT share = 1.0f / (1.0f + each_exp(-lead));
+    return most(least(share + margin, one), zero);
+}
+
+// The slopes of log(exp a + exp b): w a' + (1 - w) b', where w is the part of exp a. It is linear in w, so the ends are at the ends of w's range. (The hull of
+// both slopes would be sound as well, and has no sign for long where a leads by 5 or 10.)
+static Range slope_between(Dual a, Dual b)
+{
+    FLOAT w0 = share_of(a.f.low - b.f.high, -4e-7f), w1 = share_of(a.f.high - b.f.low, 4e-7f), nothing = -INFINITY, anything = INFINITY;
+    FLOAT low = least(product(w0, a.d.low) + product(1.0f - w0, b.d.low), product(w1, a.d.low) + product(1.0f - w1, b.d.low));
+    FLOAT high = most(product(w0, a.d.high) + product(1.0f - w0, b.d.high), product(w1, a.d.high) + product(1.0f - w1, b.d.high));
+    FLOAT size = most(most(size_of(a.d.low), size_of(a.d.high)), most(size_of(b.d.low), size_of(b.d.high)));
+    low -= 4e-7f * size; // the products and the sum
+    high += 4e-7f * size;
+    return (Range){low == low ? low : nothing, high == high ? high : anything};
+}
+
 NOINLINE void binary_slope(uint op, const Dual *pa, const Dual *pb, const Range *pr, Range *result)
 {
     Dual a = *pa, b = *pb;
@@ -515,7 +621,7 @@ NOINLINE void binary_slope(uint op, const Dual *pa, const Dual *pb, const Range 
         s = range_mul(r, range_add(range_mul(b.d, range_log(a.f)), range_mul(b.f, range_div(a.d, a.f))));
         s = range_choose(a.f.low > 0.0f, s, range_everything());
         break;
-    case TAPE_LSE: s = range_hull(a.d, b.d); break; // weights that are 1 together
+    case TAPE_LSE: s = slope_between(a, b); break;
     case TAPE_ATAN2: {
         Range turn = range_sub(range_mul(b.f, a.d), range_mul(a.f, b.d));
         s = range_div(turn, range_add(range_square(a.f), range_square(b.f)));
@@ -579,9 +685,7 @@ NOINLINE void tape_dual(const Tape *tape, const FLOAT *o, const FLOAT *e, const 
     __global Dual *v = (__global Dual *)memory;
     doubt->maybe = doubt->never = (*p != *p) & (*p == *p); // none
     for (uint k = 0; k < TAPE_POINT; k++) {
-        FLOAT one = product(e[k], *p), two = product(e[k], *q);
-        Range way = outward(least(one, two), most(one, two), 1.0f);
-        v[k].f = outward(o[k] + way.low, o[k] + way.high, 1.0f);
+        v[k].f = range_ahead(o[k], e[k], *p, *q);
         v[k].d = (Range){e[k], e[k]};
     }
     for (uint k = 0; k < tape->count; k++) {
@@ -594,7 +698,7 @@ NOINLINE void tape_dual(const Tape *tape, const FLOAT *o, const FLOAT *e, const 
             if (!(step.word & TAPE_LITERAL) && takes_second(op)) {
                 b = v[step.b];
             } else {
-                b.f.low = b.f.high = as_float(step.b);
+                b.f = range_literal(step.b);
                 b.d.low = b.d.high = 0.0f;
             }
             r.f = step_range(step, a.f, b.f, doubt);

@@ -14,7 +14,7 @@ typedef struct Buffers {
 #ifdef HAS_FIELD
     __global const TapeStep *tapes;
 #endif
-    __global uint *slot;
+    __global uint *work, *slot; // of all tiles, of this one
     __global uint *counters;
     __global float *certificate;
 } Buffers;
@@ -58,6 +58,7 @@ static Ray ray_of(const Buffers *b, __global const ViewConstants *view)
 #ifdef HAS_FIELD
     ray.tapes = b->tapes;
     ray.field_count = 0;
+    ray.part = 0;
 #endif
     return ray;
 }
@@ -91,20 +92,26 @@ INLINE FLOAT first_surface(const Ray *ray, FLOAT start, FLOAT bound, UINT *leaf,
 }
 
 #ifdef HAS_FIELD
-// Looks at the fields of the tile, whose packets are rectangles side by side.
-static void primary_fields(const Buffers *b, List list, const Rect *rect, Ray *ray)
+// What the region of a tile has found; NULL where there is none.
+static __global uint *region_of(const Buffers *b, int left, int top)
 {
-    FLOAT blocks[4];
-#if LANES == 32
-    FLOAT column = (float)(BLOCK_ACROSS * b->frame->du), number = LANE_NUMBER;
-    FLOAT row = each_floor(number / BLOCKS_ACROSS);
-    number -= row * BLOCKS_ACROSS;
-    blocks[0] = rect->u_low + number * column;
-    blocks[1] = blocks[0] + column;
-    blocks[3] = rect->v_high + row * (float)(BLOCK_DOWN * b->frame->dv);
-    blocks[2] = blocks[3] + (float)(BLOCK_DOWN * b->frame->dv);
-#endif
-    fields_make(ray, b->frame, list, rect, blocks, b->slot + b->frame->field_offset);
+    __global const FrameConstants *frame = b->frame;
+    uint size = TILE_SIZE * REGION_TILES;
+    if (!frame->regions_across) return 0;
+    uint number = (uint)left / size + (uint)top / size * frame->regions_across;
+    return b->work + (size_t)frame->region_first * frame->slot_size + (size_t)number * frame->region_size;
+}
+
+static uint tile_of_region(const Tile *tile)
+{
+    return (uint)(tile->left / TILE_SIZE) % REGION_TILES + (uint)(tile->top / TILE_SIZE) % REGION_TILES * REGION_TILES;
+}
+
+// The part of a tile that holds a packet.
+static uint part_of(uint packet)
+{
+    uint across = packet % BLOCKS_ACROSS * BLOCK_ACROSS, down = packet / BLOCKS_ACROSS * BLOCK_DOWN;
+    return across / 8u + down / 8u * 4u;
 }
 
 // Into the layer and into the count; a tile that is run again writes and counts anew.
@@ -126,6 +133,27 @@ static void count_doubts(const Buffers *b, const Tile *tile, uint packet, INT do
 }
 #endif
 
+#ifdef HAS_FIELD
+// What a region's fields are, before its tiles.
+PASS void region_make(const Buffers *b, uint number, __local uint *shared)
+{
+#if LANES == 32
+    __global const FrameConstants *frame = b->frame;
+    __global const ViewConstants *view = b->views;
+    int size = TILE_SIZE * REGION_TILES, left = (int)(number % frame->regions_across) * size, top = (int)(number / frame->regions_across) * size;
+    float u0 = frame->u0 + frame->du * (float)left, u1 = frame->u0 + frame->du * (float)(left + size);
+    float v0 = frame->v0 + frame->dv * (float)top, v1 = frame->v0 + frame->dv * (float)(top + size);
+    Rect rect = {u0, u1, v1, v0, view->limit};
+    __global uint *region = region_of(b, left, top);
+    region[0] = 0;
+    List list = list_make(all_items(b, view), &rect, b->slot, frame->list_capacity, shared);
+    if (list.count > list.stride) return;
+    Ray ray = ray_of(b, view);
+    region_fields_make(&ray, frame, list, &rect, region, b->slot + frame->field_offset + FIELD_TABLE);
+#endif
+}
+#endif
+
 // Answers 0 where the tile's list has no room.
 PASS int primary_hits(const Buffers *b, Tile *tile, uint stages)
 {
@@ -139,13 +167,14 @@ PASS int primary_hits(const Buffers *b, Tile *tile, uint stages)
     if (stages == 1) return 1;
     Ray ray = ray_of(b, view);
 #ifdef HAS_FIELD
-    primary_fields(b, list, &rect, &ray);
+    FieldMemory memory;
+    fields_make(&ray, frame, list, &rect, 1, region_of(b, tile->left, tile->top), tile_of_region(tile), b->slot + frame->field_offset, &memory);
 #endif
     FOR_EACH_BLOCK(k) {
 #ifdef HAS_FIELD
         INT doubts = 0;
         ray.doubts = &doubts;
-        ray.block = k;
+        ray.part = part_of(k);
 #endif
         ray.u = pixel_u(b, tile, k);
         ray.v = pixel_v(b, tile, k);
@@ -291,7 +320,8 @@ PASS int shadow_view(const Buffers *b, const Tile *tile, __global const LightCon
 #ifdef HAS_FIELD
     INT doubts = 0; // a shadow is not certified
     ray.doubts = &doubts;
-    fields_make(&ray, b->frame, list, &rect, 0, b->slot + b->frame->field_offset);
+    FieldMemory memory;
+    fields_make(&ray, b->frame, list, &rect, 0, 0, 0, b->slot + b->frame->field_offset, &memory);
 #endif
     FOR_EACH_BLOCK(k) {
         if (!ANY(tile->leaf[k] != NO_LEAF)) continue;
@@ -305,9 +335,6 @@ PASS int shadow_view(const Buffers *b, const Tile *tile, __global const LightCon
         if (!ANY(mine)) continue;
         INT clear = mine;
         if (list.count) {
-#ifdef HAS_FIELD
-            ray.block = k;
-#endif
             ray.u = u;
             ray.v = v;
             if (list.count > SHORT_LIST)

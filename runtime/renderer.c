@@ -17,14 +17,16 @@ _Static_assert(sizeof(PlanNode) == 32, "as on the device");
 _Static_assert(sizeof(ViewConstants) == 19 * 4, "as on the device");
 _Static_assert(sizeof(LightConstants) == 16 * 4, "as on the device");
 _Static_assert(sizeof(MaterialConstants) == 8 * 4, "as on the device");
-_Static_assert(sizeof(FrameConstants) == 34 * 4, "as on the device");
+_Static_assert(sizeof(FrameConstants) == 38 * 4, "as on the device");
 
-#define BAND_MS     25.0
-#define FIRST_BAND  128         // tiles, before anything is known
-#define LIST_ROOM   1024        // items in a tile's list, at first
-#define LIST_BYTES  (64u << 20) // for the lists of the tiles of a band
-#define SHADOW_BIAS 1e-4        // in units
-#define FILM_LAYERS 6
+#define BAND_MS       25.0
+#define FIRST_BAND    128         // tiles, before anything is known
+#define LIST_ROOM     1024        // items in a tile's list, at first
+#define LIST_BYTES    (64u << 20) // for the lists of the tiles of a band
+#define SHADOW_BIAS   1e-4        // in units
+#define FILM_LAYERS   6
+#define REGION_FIELDS 24           // general fields that a region keeps
+#define REGION_BYTES  (256u << 20) // for all regions of a picture
 
 typedef struct Buffer {
     cl_mem mem;
@@ -65,6 +67,7 @@ struct Renderer {
     MaterialConstants *material_constants;
     FrameConstants frame;
     uint32_t list_room; // items in the list of a tile
+    uint32_t regions;   // of the frame
     uint32_t slots;     // tiles that have room for their lists: at most as many run at a time
     double tile_ms;     // what a tile took; 0: not known
 };
@@ -342,13 +345,11 @@ static bool read_film(Renderer *r, const Film *film, Failure *failure)
 
 // Frames.
 
-static bool set_arguments(Renderer *r, RenderStages stages, Failure *failure)
+static bool set_arguments(Renderer *r, Failure *failure)
 {
     cl_int status = CL_SUCCESS;
     for (cl_uint k = 0; k < BUFFER_COUNT && status == CL_SUCCESS; k++)
         status = clSetKernelArg(r->kernel, k, sizeof(cl_mem), &r->buffers[k].mem);
-    cl_uint number = stages;
-    if (status == CL_SUCCESS) status = clSetKernelArg(r->kernel, BUFFER_COUNT + 1, sizeof number, &number);
     if (status != CL_SUCCESS) return fail(failure, "cannot set the kernel's arguments: %s", device_error(status));
     return true;
 }
@@ -422,8 +423,31 @@ static uint32_t field_room(const Renderer *r)
     return r->plan->tape_count ? FIELD_ROOM(r->layout.fields.longest, tape_pool(r), lanes) : 0;
 }
 
+// How many fields a region is to have room for.
+static uint32_t region_fields(const Plan *plan)
+{
+    uint32_t count = 0;
+    for (uint32_t k = 0; k < plan->leaf_count && count < REGION_FIELDS; k++)
+        count += plan->leaves[k].kind == LEAF_FIELD;
+    return count;
+}
+
+// Regions are for packets, and for pictures for which they do not take too much memory. Returns what they take, in unsigneds.
+static size_t make_regions(Renderer *r)
+{
+    uint32_t side = TILE_SIZE * REGION_TILES;
+    uint32_t across = ((uint32_t)r->frame.width + side - 1) / side,
+             down = ((uint32_t)r->frame.height + side - 1) / side;
+    r->frame.region_fields = r->device->width == 1 ? 0 : region_fields(r->plan);
+    r->frame.region_size = REGION_ROOM(r->frame.region_fields, tape_pool(r));
+    size_t size = (size_t)across * down * r->frame.region_size;
+    r->regions = r->frame.region_fields && size <= REGION_BYTES / 4 ? across * down : 0;
+    r->frame.regions_across = r->regions ? across : 0;
+    return r->regions ? size : 0;
+}
+
 // Room for lists of `list_room` items, for as many tiles as fit, and all the kernel's arguments.
-static bool make_room(Renderer *r, uint32_t tiles, RenderStages stages, Failure *failure)
+static bool make_room(Renderer *r, uint32_t tiles, Failure *failure)
 {
     uint32_t lists = ((2 + BOX_ARRAYS) * r->list_room + 31) & ~31u, fields = field_room(r), slot_size = lists + fields;
     r->slots = LIST_BYTES / 4 / slot_size;
@@ -434,10 +458,12 @@ static bool make_room(Renderer *r, uint32_t tiles, RenderStages stages, Failure 
     r->frame.field_offset = lists;
     r->frame.tape_longest = r->layout.fields.longest;
     r->frame.tape_pool = tape_pool(r);
+    r->frame.region_first = r->slots;
+    size_t work = (size_t)r->slots * slot_size + make_regions(r);
     unsigned zeros[COUNTER_COUNT] = {0};
-    return buffer_ensure(r, BUFFER_WORK, (size_t)r->slots * slot_size * 4, NULL, failure) &&
+    return buffer_ensure(r, BUFFER_WORK, work * 4, NULL, failure) &&
            buffer_write(r, BUFFER_FRAME, &r->frame, sizeof r->frame, failure) &&
-           buffer_write(r, BUFFER_COUNTERS, zeros, sizeof zeros, failure) && set_arguments(r, stages, failure);
+           buffer_write(r, BUFFER_COUNTERS, zeros, sizeof zeros, failure) && set_arguments(r, failure);
 }
 
 // `longest`: list that did not fit; 0 if all did. `uncertain`: pixels that are not certain.
@@ -476,13 +502,14 @@ static bool finish_band(Renderer *r, Band *band, double *mark, Failure *failure)
     return true;
 }
 
-static bool start_band(Renderer *r, Band *band, uint32_t first, uint32_t tiles, Failure *failure)
+static bool start_band(Renderer *r, Band *band, uint32_t first, uint32_t tiles, RenderStages stages, Failure *failure)
 {
     // PoCL's binaries hold the function for work-groups of one; elsewhere a group shares its tile.
     size_t local = r->device->width == 1 && !r->device->info.is_cpu ? LOCAL_SIZE : 1;
     size_t global = tiles * local;
-    cl_uint begin = first;
+    cl_uint begin = first, stage = stages;
     cl_int status = clSetKernelArg(r->kernel, BUFFER_COUNT, sizeof begin, &begin);
+    if (status == CL_SUCCESS) status = clSetKernelArg(r->kernel, BUFFER_COUNT + 1, sizeof stage, &stage);
     if (status == CL_SUCCESS)
         status = clEnqueueNDRangeKernel(r->device->queue, r->kernel, 1, NULL, &global, &local, 0, NULL, &band->event);
     if (status != CL_SUCCESS) {
@@ -508,7 +535,7 @@ static RenderResult run_bands(Renderer *r, const RenderJob *job, uint32_t tiles,
         double fit = r->tile_ms > 0 ? BAND_MS / r->tile_ms : FIRST_BAND;
         uint32_t count = fit < 1 ? 1 : fit < r->slots ? (uint32_t)fit : r->slots;
         if (count > tiles - first) count = tiles - first;
-        if (!start_band(r, &next, first, count, failure)) {
+        if (!start_band(r, &next, first, count, job->stages, failure)) {
             result = RENDER_FAILED;
             break;
         }
@@ -522,6 +549,21 @@ static RenderResult run_bands(Renderer *r, const RenderJob *job, uint32_t tiles,
     }
     if (!finish_band(r, &running, &mark, failure)) result = RENDER_FAILED;
     return result;
+}
+
+// What general fields are in the regions of the picture, which its tiles begin with.
+static bool run_regions(Renderer *r, Failure *failure)
+{
+    for (uint32_t first = 0; first < r->regions; first += r->slots) {
+        Band band;
+        double mark = now_ms(), tile_ms = r->tile_ms;
+        uint32_t count = r->regions - first < r->slots ? r->regions - first : r->slots;
+        bool good = start_band(r, &band, first, count, (RenderStages)STAGE_REGIONS, failure) &&
+                    finish_band(r, &band, &mark, failure);
+        r->tile_ms = tile_ms;
+        if (!good) return false;
+    }
+    return true;
 }
 
 RenderResult renderer_frame(Renderer *r, const RenderJob *job, RenderStats *stats, Failure *failure)
@@ -539,7 +581,8 @@ RenderResult renderer_frame(Renderer *r, const RenderJob *job, RenderStats *stat
     RenderResult result;
     do { // again where a list did not fit: the lists of pixels, and then those of lights, so at most three times
         while (r->list_room < longest) r->list_room *= 2;
-        if (!make_room(r, tiles, job->stages, failure)) return RENDER_FAILED;
+        if (!make_room(r, tiles, failure)) return RENDER_FAILED;
+        if (!run_regions(r, failure)) return RENDER_FAILED;
         result = run_bands(r, job, tiles, stats, failure);
         if (result != RENDER_FAILED && !read_counters(r, &longest, &stats->uncertain, failure)) return RENDER_FAILED;
     } while (result == RENDER_DONE && longest);
