@@ -832,6 +832,8 @@ static void draw_tile(SLICE_ARGUMENTS, const SliceNode *node, Memory m)
     drawn_write(&drawn, frame, node->x, node->y, picture);
 }
 
+#ifndef SLICE_EMITTED // else slice_lists.cl takes it from here
+
 // The tiles of a level; `size` is that of their parts.
 __kernel void slice_tiles(SLICE_ARGUMENTS)
 {
@@ -865,3 +867,4 @@ __kernel void slice_each(SLICE_ARGUMENTS)
         }
     }
 }
+#endif

@@ -33,11 +33,13 @@ static int write_stats(const Options *options, const ScnScene *scene, double byt
 }
 
 // Everything that `scn build` has the driver compile is compiled in a folder of its own (runtime/pocl.h).
-static ScnStatus write_package(const Options *options, ScnScene *scene, const char *path)
+static int write_package(const Options *options, ScnScene *scene, const char *path)
 {
     char *folder = command_folder();
     if (!options->source && !pocl_private_cache(folder)) folder[0] = 0;
-    return scn_write_package(scene, path, options->source, command_unfinished());
+    int status = options->slice ? command_slice_code(options, scene) : EXIT_DONE;
+    if (status != EXIT_DONE) return status;
+    return command_result(scene, scn_write_package(scene, path, options->source, command_unfinished()));
 }
 
 static void remove_folder(void)
@@ -63,8 +65,13 @@ int command_build(const Options *options)
         command_error("-o %s: a package's name ends in .scnk", path);
         return EXIT_USAGE;
     }
+    if (options->slice && options->source) {
+        command_error("--slice is code for this machine, which --source leaves out: leave out one of them");
+        return EXIT_USAGE;
+    }
     int status;
-    ScnScene *scene = command_load(options, &status);
+    bool is_model = command_is_model(options->files[0]);
+    ScnScene *scene = is_model ? command_load_model(options, &status) : command_load(options, &status);
     if (!scene) return status;
     ScnInfo info;
     scn_info(scene, &info);
@@ -73,7 +80,7 @@ int command_build(const Options *options)
         scn_free(scene);
         return EXIT_USAGE;
     }
-    status = command_result(scene, write_package(options, scene, path));
+    status = write_package(options, scene, path);
     if (status == EXIT_DONE) {
         struct stat file;
         double bytes = stat(path, &file) ? 0 : (double)file.st_size;

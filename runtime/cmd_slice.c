@@ -15,7 +15,7 @@
 #include "runtime/image_png.h"
 #include "runtime/import_vm.h"
 #include "runtime/scene.h"
-#include "runtime/slice.h"
+#include "runtime/slice_package.h"
 
 enum { DEFAULT_SIZE = 1024 };
 
@@ -28,7 +28,10 @@ typedef struct Slicing {
     SectionPlane plane;
     SliceView view;
     Arena arena;
+    Formula *formula;
+    uint32_t condition;
     FormulaSteps steps;
+    bool of_package; // drawn by code that the package holds
     const uint16_t *bits;
     uint32_t stride;
     uint64_t inside;
@@ -50,15 +53,15 @@ static bool read_number(const char *text, double *value)
     return end != text && !*end && fabs(*value) <= FORMULA_REACH;
 }
 
-static bool read_plane(Slicing *s)
+// `option`: which one the text is of.
+static bool read_plane(Slicing *s, const char *option, const char *text)
 {
-    const char *text = s->options->plane ? s->options->plane : "z=0";
     s->plane = (SectionPlane){.axis = -1};
     for (int k = 0; k < 3; k++) {
         if ((text[0] | 0x20) == axis_names[k] && text[1] == '=') s->plane.axis = k;
     }
     if (s->plane.axis >= 0 && read_number(text + 2, &s->plane.at)) return true;
-    command_error("--plane wants an axis and where on it, at most %g from the origin, as z=0.5, not \"%s\"",
+    command_error("--%s wants an axis and where on it, at most %g from the origin, as z=0.5, not \"%s\"", option,
                   (double)FORMULA_REACH, text);
     return false;
 }
@@ -153,43 +156,43 @@ static bool set_view(Slicing *s)
 
 // --- the scene
 
-static bool is_model(const char *path)
+bool command_is_model(const char *path)
 {
     size_t length = strlen(path);
     return length > 3 && !strcasecmp(path + length - 3, ".vm");
 }
 
 // A model becomes a scene in memory, as `scn import` writes it.
-static ScnScene *load_model(Slicing *s, int *status)
+ScnScene *command_load_model(const Options *options, int *status)
 {
-    const char *path = s->options->files[0], *scene = NULL;
+    const char *path = options->files[0], *scene = NULL;
     size_t length, size;
+    Arena arena = {0};
     Failure failure;
-    const char *text = source_read(&s->arena, path, &length);
+    const char *text = source_read(&arena, path, &length);
     *status = text ? EXIT_SCENE : EXIT_WORLD;
-    if (text) scene = import_vm(&s->arena, text, length, &size, &failure);
-    if (!text)
+    if (text) scene = import_vm(&arena, text, length, &size, &failure);
+    ScnScene *loaded = NULL;
+    if (!text) {
         command_error("cannot read %s: %s", path, strerror(errno));
-    else if (!scene)
+    } else if (!scene) {
         command_error("%s: %s", path, failure.text);
-    if (!scene) return NULL;
-    CommandScene parts;
-    command_describe(s->options, &parts);
-    parts.desc.bytes = scene;
-    parts.desc.size = size;
-    ScnScene *loaded = scn_load(&parts.desc);
-    *status = command_loaded(loaded);
+    } else {
+        CommandScene parts;
+        command_describe(options, &parts);
+        parts.desc.bytes = scene;
+        parts.desc.size = size;
+        loaded = scn_load(&parts.desc);
+        *status = command_loaded(loaded);
+    }
+    arena_release(&arena);
     return *status == EXIT_DONE ? loaded : NULL;
 }
 
-static int load(Slicing *s)
+static int evaluate(Slicing *s)
 {
-    int status;
     double time, frame;
     FrameError error;
-    s->is_model = is_model(s->options->files[0]);
-    s->scene = s->is_model ? load_model(s, &status) : command_load(s->options, &status);
-    if (!s->scene) return status;
     if (!command_time(s->options, s->scene, &time, &frame)) return EXIT_USAGE;
     s->plan = s->scene->package->plan;
     s->values = arena_array(&s->arena, double, s->plan->slot_count);
@@ -212,20 +215,66 @@ static void refuse_leaf(const Slicing *s, const SectionTrouble *trouble)
 
 static int make_formula(Slicing *s)
 {
-    uint32_t inside;
     SectionTrouble trouble;
-    Formula *f = formula_new(&s->arena, true);
-    if (!section_formula(f, s->plan, s->values, &s->plane, &inside, &trouble)) {
+    s->formula = formula_new(&s->arena, true);
+    if (!section_formula(s->formula, s->plan, s->values, &s->plane, &s->condition, &trouble)) {
         refuse_leaf(s, &trouble);
         return EXIT_SCENE;
     }
-    if (formula_steps(f, inside, &s->arena, &s->steps)) return EXIT_DONE;
+    if (formula_steps(s->formula, s->condition, &s->arena, &s->steps)) return EXIT_DONE;
     command_error("%s takes more than %u steps in this plane: slice parts of it", s->options->files[0],
                   SLICE_STEPS_MAX);
     return EXIT_SCENE;
 }
 
+// --- code for packages
+
+int command_slice_code(const Options *options, ScnScene *scene)
+{
+    Slicing s = {.options = options, .scene = scene};
+    FormulaCode code;
+    Failure failure;
+    if (!read_plane(&s, "slice", options->slice)) return EXIT_USAGE;
+    int status = evaluate(&s);
+    if (status == EXIT_DONE) status = make_formula(&s);
+    if (status == EXIT_DONE && !formula_emit(s.formula, s.condition, &s.arena, &code)) {
+        command_error("--slice %s: what it cuts out is %s: leave --slice out, `scn slice` needs no code for it",
+                      options->slice,
+                      s.steps.known ? "nothing, or everything"
+                                    : "more than comparisons of sums, products and roots that are defined everywhere");
+        status = EXIT_SCENE;
+    }
+    Device *device = NULL;
+    if (status == EXIT_DONE) {
+        device = device_open(&(DeviceDesc){.choice = options->device}, &failure);
+        bool ok = device && slice_package_add(scene->package, &scene->unit.arena, device, &s.steps, &code,
+                                              options->no_cache, &failure);
+        if (!ok) {
+            command_error("%s", failure.text);
+            status = EXIT_WORLD;
+        }
+    }
+    device_close(device);
+    arena_release(&s.arena);
+    return status;
+}
+
 // --- the picture
+
+// By the code that a package holds for just this formula, else by the formula's program. The picture is the same.
+static Slicer *make_slicer(Slicing *s, Device *device, Failure *failure)
+{
+    FormulaCode code;
+    Slicer *slicer = NULL;
+    if (s->scene->is_package && formula_emit(s->formula, s->condition, &s->arena, &code))
+        slicer = slice_package_slicer(s->scene->package, device, &s->steps, &code);
+    s->of_package = slicer != NULL;
+    if (slicer) return slicer;
+    slicer = slicer_new(device, &(SlicerDesc){.no_cache = s->options->no_cache}, failure);
+    if (slicer && slicer_program(slicer, &s->steps, failure)) return slicer;
+    slicer_free(slicer);
+    return NULL;
+}
 
 static bool draw(Slicing *s, Device **device, Slicer **slicer, Failure *failure)
 {
@@ -233,8 +282,8 @@ static bool draw(Slicing *s, Device **device, Slicer **slicer, Failure *failure)
     *device = device_open(&(DeviceDesc){.choice = o->device, .threads = o->threads}, failure);
     if (!*device) return false;
     snprintf(s->device, sizeof s->device, "%s", (*device)->info.name);
-    *slicer = slicer_new(*device, &(SlicerDesc){.no_cache = o->no_cache}, failure);
-    if (!*slicer || !slicer_program(*slicer, &s->steps, failure)) return false;
+    *slicer = make_slicer(s, *device, failure);
+    if (!*slicer) return false;
     s->builds = slicer_built(*slicer)->builds;
     double begin = scene_milliseconds();
     if (!slicer_draw(*slicer, &s->view, SLICE_TILES, failure)) return false;
@@ -357,6 +406,7 @@ static void print_json(const Slicing *s)
     cJSON_AddNumberToObject(json, "comparisons", s->steps.compares);
     cJSON_AddNumberToObject(json, "conditions", s->steps.logics);
     cJSON_AddStringToObject(json, "device", s->device);
+    cJSON_AddStringToObject(json, "drawn_by", s->of_package ? "package" : "program");
     cJSON_AddNumberToObject(json, "kernel_builds", s->builds);
     cJSON_AddNumberToObject(json, "draw_ms", s->draw_ms);
     command_json(stdout, json);
@@ -378,8 +428,11 @@ int command_slice(const Options *options)
     Device *device = NULL;
     Slicer *slicer = NULL;
     Failure failure;
-    if (!read_plane(&s) || !check_outputs(options)) return EXIT_USAGE;
-    int status = load(&s);
+    if (!read_plane(&s, "plane", options->plane ? options->plane : "z=0") || !check_outputs(options)) return EXIT_USAGE;
+    int status;
+    s.is_model = command_is_model(options->files[0]);
+    s.scene = s.is_model ? command_load_model(options, &status) : command_load(options, &status);
+    if (s.scene) status = evaluate(&s);
     if (status == EXIT_DONE) status = set_view(&s) ? make_formula(&s) : EXIT_USAGE;
     if (status == EXIT_DONE && !draw(&s, &device, &slicer, &failure)) {
         command_error("%s", failure.text);

@@ -16,6 +16,9 @@ int command_fmt(const Options *options);
 int command_flatten(const Options *options);
 int command_import(const Options *options);
 int command_slice(const Options *options);
+
+// Compiles the slice of --slice and puts the binary into the scene's package. The exit status; what fails is printed.
+int command_slice_code(const Options *options, ScnScene *scene);
 int command_info(const Options *options);
 int command_tree(const Options *options);
 int command_doc(const Options *options);
@@ -44,6 +47,10 @@ bool command_color(const Options *options, FILE *out);
 // Loads the file of the command line and prints what the compiler says. NULL with the exit status in `status`.
 // scn_free() it.
 ScnScene *command_load(const Options *options, int *status);
+
+// FILE.vm, which becomes a scene in memory; the same as command_load().
+bool command_is_model(const char *path);
+ScnScene *command_load_model(const Options *options, int *status);
 
 // Writes what -MD asks for, if it does: what `made` depends on; NULL if nothing is made. The exit status; what fails is printed.
 int command_depfile(const Options *options, const ScnScene *scene, const char *made);

@@ -266,6 +266,7 @@ static bool set_option(Options *options, OptionId id, const char *value)
     case OPTION_CSV: options->csv = true; return true;
     case OPTION_PROBE: return add(options, options->probes, &options->probe_count, value, "times --probe");
     case OPTION_PLANE: options->plane = value; return true;
+    case OPTION_SLICE: options->slice = value; return true;
     case OPTION_WINDOW: options->window = value; return true;
     case OPTION_TIMES: options->times = value; return true;
     case OPTION_SOLVER: return set_solver(options, value);

@@ -14,7 +14,7 @@
 //   PLAN  the tables of compiler/plan.h (runtime/plan_tables.h)
 //   MAPS  where the scene says what the plan's spans name: file, line, column
 //   KERN  OpenCL C
-//   BINA  a binary: the key of its device (device_key), then the driver's bytes; any number of these
+//   BINA  a binary: the key of its device (device_key) or of a slice (runtime/slice_package.h), then the driver's bytes; any number of these
 //
 // Numbers are little-endian. Nothing in the file depends on the time, the machine or a folder, so the same scene
 // gives the same bytes (a driver's binaries as far as the driver does so). A reader refuses a newer version, and

@@ -14,6 +14,7 @@
 #include "runtime/image_png.h"
 #include "runtime/scene.h"
 #include "runtime/scene_patches.h"
+#include "runtime/slice_package.h"
 
 #define SAMPLE_LIMIT   16
 #define CAMERA_MOMENTS 9      // of an animation, for which an automatic camera is placed
@@ -433,16 +434,21 @@ ScnStatus scn_write_package(ScnScene *scene, const char *path, bool source_only,
 {
     if (!scene->package) return scene->status;
     Package package = *scene->package;
-    PackageBinary binary = {0};
+    PackageBinary *binaries = arena_array(&scene->unit.arena, PackageBinary, package.binary_count + 1), *own = NULL;
     char key[DEVICE_KEY_SIZE];
-    package.binaries = &binary;
+    package.binaries = binaries;
     package.binary_count = 0;
+    for (uint32_t k = 0; k < scene->package->binary_count; k++) {
+        if (slice_package_is(&scene->package->binaries[k]))
+            binaries[package.binary_count++] = scene->package->binaries[k];
+    }
     if (!source_only) {
-        ScnStatus status = make_binary(scene, &binary, key);
+        own = &binaries[package.binary_count];
+        ScnStatus status = make_binary(scene, own, key);
         if (status != SCN_OK) return status;
-        package.binary_count = 1;
+        package.binary_count++;
     }
     bool ok = package_write(path, &package, unfinished, &scene->failure);
-    free((void *)(uintptr_t)binary.bytes);
+    if (own) free((void *)(uintptr_t)own->bytes);
     return ok ? SCN_OK : SCN_WORLD_FAILED;
 }

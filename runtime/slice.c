@@ -3,6 +3,7 @@
 #include "runtime/slice.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -35,14 +36,15 @@ typedef enum RoomName {
 struct Slicer {
     Device *device;
     Program *program;
-    cl_kernel tiles, each;
+    cl_kernel tiles, each; // each: NULL where the formula is emitted
     Room rooms[ROOM_COUNT];
     uint32_t pool;      // asked for
     FormulaSteps steps; // the program; steps.steps are the slicer's
     SliceView view;     // of the places that are on the device
     SliceFrame frame;
     uint32_t workers;
-    bool exact; // quotients and roots are rounded to nearest, and nothing is flushed to 0
+    uint32_t groups; // of an emitted formula; 0: it is a program
+    bool exact;      // quotients and roots are rounded to nearest, and nothing is flushed to 0
     uint16_t *bits;
     size_t bits_size;
 };
@@ -54,23 +56,28 @@ static bool failed(Failure *failure, const char *what, cl_int status)
 
 // --- making
 
-static char *join_sources(size_t *length)
+// The kernels, and between them what is emitted; without that the last two files do not belong to them.
+static char *join_sources(const FormulaCode *code, size_t *length)
 {
-    *length = 0;
-    for (const slice_kernels_file *file = slice_kernels_files; file->name; file++) *length += file->length;
-    char *text = malloc(*length + 1), *at = text;
-    for (const slice_kernels_file *file = slice_kernels_files; text && file->name; file++) {
-        memcpy(at, file->text, file->length);
-        at += file->length;
+    char *text = NULL;
+    FILE *out = open_memstream(&text, length);
+    if (!out) return NULL;
+    if (code) fputs("#define SLICE_EMITTED\n", out);
+    for (const slice_kernels_file *file = slice_kernels_files; file->name; file++) {
+        bool of_groups = !strcmp(file->name, "slice_group.cl"), of_lists = !strcmp(file->name, "slice_lists.cl");
+        if (!code && (of_groups || of_lists)) continue;
+        if (of_lists) fwrite(code->text, 1, code->length, out);
+        fwrite(file->text, 1, file->length, out);
     }
-    if (text) *at = 0;
-    return text;
+    if (!fclose(out)) return text;
+    free(text);
+    return NULL;
 }
 
-static Program *build(Device *device, bool no_cache, bool exact, Failure *failure)
+static Program *build(Device *device, const SlicerDesc *desc, bool exact, Failure *failure)
 {
     size_t length;
-    char *source = join_sources(&length);
+    char *source = join_sources(desc->code, &length);
     if (!source) {
         fail(failure, "out of memory");
         return NULL;
@@ -80,39 +87,12 @@ static Program *build(Device *device, bool no_cache, bool exact, Failure *failur
                       &(ProgramDesc){.source = source,
                                      .length = length,
                                      .options = exact ? OPTIONS " -cl-fp32-correctly-rounded-divide-sqrt" : OPTIONS,
-                                     .no_cache = no_cache},
+                                     .binary = desc->binary,
+                                     .binary_size = desc->binary_size,
+                                     .no_cache = desc->no_cache},
                       failure);
     free(source);
     return program;
-}
-
-Slicer *slicer_new(Device *device, const SlicerDesc *desc, Failure *failure)
-{
-    Slicer *s = calloc(1, sizeof *s);
-    if (!s) {
-        fail(failure, "out of memory");
-        return NULL;
-    }
-    cl_device_fp_config config = 0;
-    clGetDeviceInfo(device->id, CL_DEVICE_SINGLE_FP_CONFIG, sizeof config, &config, NULL);
-    const cl_device_fp_config wanted = CL_FP_DENORM | CL_FP_INF_NAN | CL_FP_CORRECTLY_ROUNDED_DIVIDE_SQRT;
-    s->exact = (config & wanted) == wanted;
-    s->device = device;
-    s->pool = desc->pool;
-    s->workers = device->info.compute_units ? device->info.compute_units : 1;
-    s->program = build(device, desc->no_cache, s->exact, failure);
-    if (!s->program) {
-        free(s);
-        return NULL;
-    }
-    if (s->program->builds) program_store(s->program, NULL);
-    cl_int status;
-    s->tiles = clCreateKernel(s->program->cl, "slice_tiles", &status);
-    if (status == CL_SUCCESS) s->each = clCreateKernel(s->program->cl, "slice_each", &status);
-    if (status == CL_SUCCESS) return s;
-    failed(failure, "the kernels of slices are not there", status);
-    slicer_free(s);
-    return NULL;
 }
 
 void slicer_free(Slicer *s)
@@ -156,6 +136,61 @@ static bool upload(Slicer *s, RoomName name, const void *bytes, size_t size, boo
     return status == CL_SUCCESS || failed(failure, "cannot send a slice to the device", status);
 }
 
+static bool make_memory(Slicer *s, Failure *failure)
+{
+    return make_room(s, ROOM_MEMORY, (size_t)s->workers * s->frame.room, failure) &&
+           make_room(s, ROOM_COUNTERS, SLICE_COUNTERS * sizeof(uint32_t), failure) &&
+           make_room(s, ROOM_FRAME, sizeof(SliceFrame), failure);
+}
+
+// The list of all groups is the first tile's.
+static bool list_groups(Slicer *s, uint32_t groups, Failure *failure)
+{
+    uint32_t *list = malloc(groups * sizeof *list);
+    if (!list) return fail(failure, "out of memory");
+    for (uint32_t k = 0; k < groups; k++) list[k] = k;
+    s->groups = groups;
+    s->frame = (SliceFrame){.conditions = groups, .room = SLICE_ROOM(0, groups, 0)};
+    s->frame.pool = groups + (s->pool ? s->pool : 2 * POOL_STEPS);
+    bool ok = make_room(s, ROOM_POOL, s->frame.pool * sizeof *list, failure) && make_memory(s, failure) &&
+              upload(s, ROOM_POOL, list, groups * sizeof *list, true, failure);
+    free(list);
+    return ok;
+}
+
+static bool make_kernels(Slicer *s, const SlicerDesc *desc, Failure *failure)
+{
+    cl_int status;
+    if (s->program->builds && !desc->code) program_store(s->program, NULL);
+    s->tiles = clCreateKernel(s->program->cl, desc->code ? "slice_lists" : "slice_tiles", &status);
+    if (status == CL_SUCCESS && !desc->code) s->each = clCreateKernel(s->program->cl, "slice_each", &status);
+    if (status != CL_SUCCESS) return failed(failure, "the kernels of slices are not there", status);
+    return !desc->code || list_groups(s, desc->code->groups, failure);
+}
+
+Slicer *slicer_new(Device *device, const SlicerDesc *desc, Failure *failure)
+{
+    Slicer *s = calloc(1, sizeof *s);
+    if (!s) {
+        fail(failure, "out of memory");
+        return NULL;
+    }
+    cl_device_fp_config config = 0;
+    clGetDeviceInfo(device->id, CL_DEVICE_SINGLE_FP_CONFIG, sizeof config, &config, NULL);
+    const cl_device_fp_config wanted = CL_FP_DENORM | CL_FP_INF_NAN | CL_FP_CORRECTLY_ROUNDED_DIVIDE_SQRT;
+    s->exact = (config & wanted) == wanted;
+    s->device = device;
+    s->pool = desc->pool;
+    s->workers = device->info.compute_units ? device->info.compute_units : 1;
+    if (desc->code && !s->exact)
+        fail(failure, "%s does not round quotients and roots to nearest", device->info.name);
+    else
+        s->program = build(device, desc, s->exact, failure);
+    if (s->program && make_kernels(s, desc, failure)) return s;
+    slicer_free(s);
+    return NULL;
+}
+
 // --- the program
 
 static uint32_t step_count(const FormulaSteps *steps)
@@ -181,10 +216,7 @@ bool slicer_program(Slicer *s, const FormulaSteps *steps, Failure *failure)
     s->frame.mixed = mixed;
     s->frame.pool = count + (s->pool ? s->pool : POOL_STEPS);
     s->frame.room = SLICE_ROOM(steps->numbers, conditions, mixed);
-    return make_room(s, ROOM_POOL, s->frame.pool * sizeof(TapeStep), failure) &&
-           make_room(s, ROOM_MEMORY, (size_t)s->workers * s->frame.room, failure) &&
-           make_room(s, ROOM_COUNTERS, SLICE_COUNTERS * sizeof(uint32_t), failure) &&
-           make_room(s, ROOM_FRAME, sizeof(SliceFrame), failure) &&
+    return make_room(s, ROOM_POOL, s->frame.pool * sizeof(TapeStep), failure) && make_memory(s, failure) &&
            upload(s, ROOM_POOL, s->steps.steps, count * sizeof(TapeStep), true, failure);
 }
 
@@ -272,7 +304,9 @@ static uint32_t first_nodes(const Slicer *s, uint32_t levels, SliceNode nodes[16
 {
     uint32_t count = levels == 1 ? 1 : s->workers < 16 ? s->workers : 16;
     for (uint32_t k = 0; k < count; k++) {
-        nodes[k] = (SliceNode){.numbers = s->steps.numbers, .compares = s->steps.compares, .logics = s->steps.logics};
+        nodes[k] = (SliceNode){.numbers = s->groups ? s->groups : s->steps.numbers,
+                               .compares = s->steps.compares,
+                               .logics = s->steps.logics};
         for (uint32_t part = k; part < 16; part += count) nodes[k].parts |= 1u << part;
     }
     return count;
@@ -281,7 +315,7 @@ static uint32_t first_nodes(const Slicer *s, uint32_t levels, SliceNode nodes[16
 static bool draw_tiles(Slicer *s, Failure *failure)
 {
     SliceNode nodes[16];
-    uint32_t counters[SLICE_COUNTERS] = {[SLICE_COUNT_POOL] = step_count(&s->steps)}, levels;
+    uint32_t counters[SLICE_COUNTERS] = {[SLICE_COUNT_POOL] = s->groups ? s->groups : step_count(&s->steps)}, levels;
     uint32_t size = largest_tile(&s->view, &levels), count = first_nodes(s, levels, nodes);
     counters[SLICE_COUNT_NODES(0)] = count;
     if (!upload(s, ROOM_COUNTERS, counters, sizeof counters, false, failure) ||
@@ -314,7 +348,7 @@ bool slicer_draw(Slicer *s, const SliceView *view, SliceHow how, Failure *failur
         return true;
     }
     if (!set_view(s, view, failure)) return false;
-    return how == SLICE_BRUTE || !s->exact ? draw_each(s, failure) : draw_tiles(s, failure);
+    return (how == SLICE_BRUTE || !s->exact) && !s->groups ? draw_each(s, failure) : draw_tiles(s, failure);
 }
 
 // --- the picture

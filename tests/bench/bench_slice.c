@@ -82,7 +82,7 @@ static ScnScene *load_model(Arena *arena, const char *path)
     return NULL;
 }
 
-static bool formula_of_scene(Arena *arena, ScnScene *scene, bool pushing, FormulaSteps *steps)
+static bool formula_of_scene(Arena *arena, ScnScene *scene, bool pushing, FormulaSteps *steps, FormulaCode *code)
 {
     const Plan *plan = scene->package->plan;
     double *values = arena_array(arena, double, plan->slot_count);
@@ -92,7 +92,8 @@ static bool formula_of_scene(Arena *arena, ScnScene *scene, bool pushing, Formul
     Formula *f = formula_new(arena, pushing);
     return frame_evaluate(plan, &(FrameInput){.inputs = scene->inputs}, values, &error) &&
            section_formula(f, plan, values, &(SectionPlane){.axis = 2}, &inside, &trouble) &&
-           formula_steps(f, inside, arena, steps);
+           formula_steps(f, inside, arena, steps) &&
+           (!code || formula_emit(f, inside, arena, code) || !(code->groups = 0));
 }
 
 // --- a size
@@ -134,7 +135,7 @@ static int64_t differences(Slicer *slicer, Slicer *plain, const SliceView *view,
     return count;
 }
 
-static bool bench_size(const Options *o, Slicer *slicer, Slicer *plain, uint32_t size)
+static bool bench_size(const Options *o, const char *what, Slicer *slicer, Slicer *plain, uint32_t size)
 {
     Failure failure;
     Measured m;
@@ -142,8 +143,8 @@ static bool bench_size(const Options *o, Slicer *slicer, Slicer *plain, uint32_t
     if (!measure(slicer, &view, o->repeat, &m, &failure)) return !wrong(failure.text);
     const uint16_t *bits = slicer_bits(slicer, &failure);
     if (!bits) return !wrong(failure.text);
-    printf("  %5ux%-5u %8.2f ms CPU %8.2f ms wall (best %.2f) %10llu pixels inside", size, size, m.cpu, m.wall, m.best,
-           (unsigned long long)slicer_count(slicer, bits));
+    printf("  %-9s %5ux%-5u %8.2f ms CPU %8.2f ms wall (best %.2f) %10llu pixels inside", what, size, size, m.cpu,
+           m.wall, m.best, (unsigned long long)slicer_count(slicer, bits));
     fflush(stdout);
     int64_t different = o->brute ? differences(slicer, plain, &view, &failure) : 0;
     if (different < 0) return !wrong(failure.text);
@@ -156,14 +157,43 @@ static bool bench_size(const Options *o, Slicer *slicer, Slicer *plain, uint32_t
 
 // --- the command
 
+static bool bench_sizes(const Options *o, const char *what, Slicer *slicer, Slicer *plain)
+{
+    static const uint32_t sizes[] = {1024, 2048, 4096}, small[] = {100, 256};
+    bool ok = true;
+    for (int k = 0; k < (o->quick ? 2 : 3) && ok; k++)
+        ok = bench_size(o, what, slicer, plain, o->quick ? small[k] : sizes[k]);
+    return ok;
+}
+
+// The formula as code, as packages hold it.
+static bool bench_code(const Options *o, Device *device, const FormulaCode *code, Slicer *plain)
+{
+    Failure failure;
+    double begin = clock_ms(CLOCK_PROCESS_CPUTIME_ID);
+    Slicer *slicer = slicer_new(device, &(SlicerDesc){.code = code}, &failure);
+    if (!slicer) return !wrong(failure.text);
+    double build_ms = clock_ms(CLOCK_PROCESS_CPUTIME_ID) - begin;
+    begin = clock_ms(CLOCK_PROCESS_CPUTIME_ID);
+    bool ok = slicer_draw(slicer, &(SliceView){16, 16, -1, 1, -1, 1}, SLICE_TILES, &failure);
+    printf("  code: %u steps in %u groups, %.0f kB, kernels %.0f ms CPU and %.0f ms for the first picture\n",
+           code->steps, code->groups, (double)code->length / 1000, build_ms,
+           clock_ms(CLOCK_PROCESS_CPUTIME_ID) - begin);
+    ok = ok && bench_sizes(o, "package", slicer, plain);
+    slicer_free(slicer);
+    return ok;
+}
+
 static bool bench(const Options *o, Device *device, ScnScene *scene, Arena *arena)
 {
     FormulaSteps pushed, plain;
+    FormulaCode code = {0};
     Failure failure;
     double begin = clock_ms(CLOCK_PROCESS_CPUTIME_ID);
-    if (!formula_of_scene(arena, scene, true, &pushed)) return !wrong("the model is no formula");
+    if (!formula_of_scene(arena, scene, true, &pushed, NULL)) return !wrong("the model is no formula");
     double formula_ms = clock_ms(CLOCK_PROCESS_CPUTIME_ID) - begin;
-    if (!formula_of_scene(arena, scene, false, &plain)) return !wrong("the model is no formula");
+    if (!formula_of_scene(arena, scene, true, &pushed, &code)) return !wrong("the model is no formula");
+    if (!formula_of_scene(arena, scene, false, &plain, NULL)) return !wrong("the model is no formula");
     Slicer *slicer = slicer_new(device, &(SlicerDesc){0}, &failure),
            *one = slicer_new(device, &(SlicerDesc){0}, &failure);
     bool ok = slicer && one && slicer_program(slicer, &pushed, &failure) && slicer_program(one, &plain, &failure);
@@ -171,9 +201,11 @@ static bool bench(const Options *o, Device *device, ScnScene *scene, Arena *aren
     printf("%s: %u numbers, %u comparisons, %u and and or (%u numbers as written), formula %.1f ms, kernels %.0f ms\n",
            o->model ? o->model : "a page", pushed.numbers, pushed.compares, pushed.logics, plain.numbers, formula_ms,
            slicer_built(slicer)->build_ms);
-    const uint32_t sizes[] = {1024, 2048, 4096}, small[] = {100, 256};
-    int count = o->quick ? 2 : 3;
-    for (int k = 0; k < count && ok; k++) ok = bench_size(o, slicer, one, o->quick ? small[k] : sizes[k]);
+    ok = bench_sizes(o, "tiles", slicer, one);
+    if (ok && code.groups)
+        ok = bench_code(o, device, &code, one);
+    else if (ok)
+        puts("  no code: functions are left to programs");
     slicer_free(slicer);
     slicer_free(one);
     return ok;

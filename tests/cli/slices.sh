@@ -33,8 +33,24 @@ printf '_0 var-x\n_1 var-y\n_2 square _0\n_3 square _1\n_4 add _2 _3\n_5 sqrt _4
 run 0 "$scn" slice disc.vm -o disc.png --size 64 --json
 json '.inside == 812 and .across == [-1, 1] and .numbers == 3 and .comparisons == 1' out
 
-# What is undefined is outside, and nothing is everything.
 printf 'scn 1;\nfield(sqrt(x));\n' >root.scn
+
+# A package with code for a plane draws the same there, with it, and elsewhere without.
+run 0 "$scn" build disc.vm -o code.scnk --slice z=0.5 -q
+run 0 "$scn" slice code.scnk --plane z=0.5 --window -1..1,-1..1 --size 64 --json -o code.png
+json '.inside == 812 and .drawn_by == "package" and .kernel_builds == 0' out
+run 0 cmp code.png disc.png
+run 0 "$scn" slice code.scnk --plane x=0.1 --window -1..1,-1..1 --size 64 --json
+json '.drawn_by == "program"' out
+run 2 "$scn" build disc.vm -o code.scnk --slice z=0 --source
+says err '--slice is code for this machine, which --source leaves out'
+run 2 "$scn" build disc.vm -o code.scnk --slice 0
+says err '--slice wants an axis and where on it'
+run 1 "$scn" build root.scn -o root.scnk --slice z=0
+says err 'what it cuts out is more than comparisons of sums, products and roots that are defined everywhere'
+gone root.scnk
+
+# What is undefined is outside, and nothing is everything.
 run 0 "$scn" slice root.scn --size 32 --json
 json '.inside == 512' out
 printf 'scn 1;\nscene { ~sphere(0.5) & sphere(0.25); }\n' >nothing.scn

@@ -10,7 +10,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "compiler/formula.h"
+#include "compiler/formula_emit.h"
 #include "compiler/threshold.h"
 
 // --- random numbers
@@ -248,6 +248,29 @@ static void too_many_steps_are_refused(void **state)
     arena_release(&arena);
 }
 
+// What is emitted is readable, and what it cannot say is left to programs.
+static void formulas_as_code(void **state)
+{
+    Arena arena = {0};
+    FormulaCode code;
+    Formula *f = formula_new(&arena, true);
+    uint32_t u = formula_op1(f, TAPE_SQUARE, FORMULA_ACROSS);
+    uint32_t disc = formula_op2(f, TAPE_ADD, u, formula_op1(f, TAPE_SQUARE, FORMULA_UP));
+    uint32_t inside = formula_compare(f, disc, false, 1);
+    inside = formula_and(f, inside, formula_compare(f, FORMULA_UP, true, 0.5f));
+    assert_true(formula_emit(f, inside, &arena, &code));
+    assert_int_equal(code.groups, 1);
+    assert_non_null(strstr(code.text, "Range n2 = RANGE_SQUARE(n0);"));
+    assert_non_null(strstr(code.text, "FLOAT n4 = POINT_ADD(n2, EACH(n3));"));
+    assert_non_null(strstr(code.text, "KNOWN_FROM(n1, 0x1p-1f)"));
+    assert_false(formula_emit(f, FORMULA_TRUE, &arena, &code));
+    uint32_t wave = formula_compare(f, formula_op1(f, TAPE_SIN, FORMULA_ACROSS), false, 0.5f);
+    assert_false(formula_emit(f, wave, &arena, &code));
+    uint32_t root = formula_compare(f, formula_op1(f, TAPE_SQRT, FORMULA_ACROSS), false, 0.5f);
+    assert_false(formula_emit(f, root, &arena, &code));
+    arena_release(&arena);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -261,6 +284,7 @@ int main(void)
         cmocka_unit_test(what_is_known_needs_no_steps),
         cmocka_unit_test(equal_numbers_are_one),
         cmocka_unit_test(too_many_steps_are_refused),
+        cmocka_unit_test(formulas_as_code),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -197,6 +197,46 @@ static void a_thousand_discs(void **state)
     arena_release(&arena);
 }
 
+// Discs, and what is left of the plane without them: an OR of groups and an AND of groups, as code.
+static void code_draws_what_programs_draw(void **state)
+{
+    Fixture *x = *state;
+    for (int either = 0; either < 2; either++) {
+        Arena arena = {0};
+        FormulaSteps steps;
+        FormulaCode code;
+        Failure failure;
+        Formula *f = formula_new(&arena, true);
+        uint64_t seed = 11;
+        uint32_t inside = either ? FORMULA_FALSE : FORMULA_TRUE;
+        for (int k = 0; k < 60; k++) {
+            uint32_t u = formula_op2(f, TAPE_SUB, FORMULA_ACROSS, formula_value(f, random_unit(&seed)));
+            uint32_t v =
+                formula_op2(f, TAPE_DIV, formula_op2(f, TAPE_SUB, FORMULA_UP, formula_value(f, random_unit(&seed))),
+                            formula_value(f, 1.5f));
+            uint32_t square = formula_op2(f, TAPE_ADD, formula_op1(f, TAPE_SQUARE, u), formula_op1(f, TAPE_SQUARE, v));
+            uint32_t tilted = formula_op2(f, TAPE_MAX, formula_op1(f, TAPE_ABS, formula_op2(f, TAPE_SUB, u, v)),
+                                          formula_op2(f, TAPE_MUL, u, v));
+            uint32_t disc = formula_op2(f, TAPE_MIN, formula_op1(f, TAPE_SQRT, square), tilted);
+            uint32_t part = formula_compare(f, disc, !either, 0.04f);
+            inside = either ? formula_or(f, inside, part) : formula_and(f, inside, part);
+        }
+        assert_true(formula_steps(f, inside, &arena, &steps));
+        assert_true(formula_emit(f, inside, &arena, &code));
+        assert_true(code.groups > 3);
+        Slicer *slicer = slicer_new(x->device, &(SlicerDesc){.code = &code, .pool = 30}, &failure);
+        if (!slicer) fail_msg("%s", failure.text);
+        assert_true(slicer_program(x->truth, &steps, &failure));
+        for (int k = 0; k < VIEWS; k++) {
+            draw(slicer, &views[k], SLICE_TILES);
+            draw(x->truth, &views[k], SLICE_BRUTE);
+            assert_int_equal(differences(slicer, x->truth, views[k].height), 0);
+        }
+        slicer_free(slicer);
+        arena_release(&arena);
+    }
+}
+
 // A sum of 3,000 waves: there is no room for 16 rows of each of its numbers.
 static void more_numbers_than_there_are_rows_for(void **state)
 {
@@ -240,6 +280,7 @@ int main(void)
         cmocka_unit_test(formulas_that_are_pushed),
         cmocka_unit_test(a_thousand_discs),
         cmocka_unit_test(more_numbers_than_there_are_rows_for),
+        cmocka_unit_test(code_draws_what_programs_draw),
         cmocka_unit_test(what_is_everywhere_or_nowhere),
     };
     return cmocka_run_group_tests(tests, set_up, tear_down);
