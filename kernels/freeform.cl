@@ -140,6 +140,47 @@ static __global const QuadricRecord *supports_get(const Supports *supports, cons
     return record;
 }
 
+// Value and derivatives of W^6 F' at a place.
+INLINE Slope freeform_slope(const Ray *ray, uint id, uint begin, uint stop, FLOAT w)
+{
+    Slope f = record_slope(ray->records + id, ray->u, ray->v, w);
+    FLOAT p = 1.0f - ray->kappa * w;
+    FLOAT p3 = p * p * p;
+    FLOAT p4 = p3 * p;
+    f.w = f.w * p4 - 4.0f * ray->kappa * p3 * f.value;
+    f.u *= p4;
+    f.v *= p4;
+    f.value *= p4;
+    FLOAT zero = 0.0f;
+    for (uint k = begin; k < stop; k++) {
+        __global const QuadricRecord *r = ray->records + ray->list[k];
+        Slope q = record_slope(r, ray->u, ray->v, w);
+        // The factor's sign is the strength's; inside the support the value has that of -lead between the roots, of lead outside.
+        INT in = q.value * (r->flags & RECORD_OUTSIDE ? r->lead : -r->lead) > 0.0f;
+        FLOAT square = in ? q.value * q.value : zero;
+        f.value += square * q.value;
+        f.u += 3.0f * square * q.u;
+        f.v += 3.0f * square * q.v;
+        f.w += 3.0f * square * q.w;
+    }
+    return f;
+}
+
+// A root of a piece whose coefficients are much larger than the base there: what they have lost is found again by Newton's steps on F' itself, which are
+// exact about perturbations that are small at the root. Only for free forms with perturbations that are as strong (RECORD_STRONG): of scenes of narrow ones
+// up to 10,000 times as strong as what they change, 0.03 % of the rays were off by up to 2.7e-4 of the size without it, and are by 3.5e-5 with it.
+static NOINLINE FLOAT freeform_polish(const Ray *ray, uint id, uint begin, uint stop, FLOAT w, INT rough)
+{
+    if (!ANY(rough)) return w;
+    FLOAT reach = 2e-3f * (1.0f + size_of(w));
+    for (int step = 0; step < 3; step++) {
+        Slope f = freeform_slope(ray, id, begin, stop, w);
+        FLOAT move = f.value / f.w;
+        w = (rough & (size_of(move) <= reach)) ? w - move : w;
+    }
+    return w;
+}
+
 // The first place from t on, before the bound, at which sign * F' turns positive: t itself if it is so there, unless it is known that it is not (the
 // place is a root, where floats give either sign). Infinity (or anything from the bound on) if there is none. Any base, any strength, any support. The
 // perturbations are ray->list[begin .. stop). Written to be right; freeform_first() below is for speed.
@@ -196,6 +237,7 @@ static NOINLINE FLOAT freeform_next(const Ray *ray, uint id, uint begin, uint st
             FLOAT o = (1.0f - s) * l.o + s * h.o;
             FLOAT w = ((1.0f - s) * l.w + s * h.w) / o;
             w = s == 0.0f ? t : most(least(w, end), t);
+            if (base->flags & RECORD_STRONG) w = most(least(freeform_polish(ray, id, begin, stop, w, hit & (s > 0.0f)), end), t);
             found = hit ? w : found;
             live = live & !hit;
         }
@@ -390,6 +432,7 @@ static NOINLINE int freeform_fast(const Ray *ray, uint id, uint begin, uint stop
         live = live & (t < limit);
     }
     if (!is_signed) found = ((found < bound) | !(entry < bound)) ? found : entry;
+    if (base->flags & RECORD_STRONG) found = freeform_polish(ray, id, begin, stop, found, (found < bound) & (found != entry));
     *answer = found;
     return 1;
 }
@@ -419,30 +462,4 @@ static FLOAT freeform_advance(const Ray *ray, uint id, uint begin, uint stop, St
         stretch->end = stale ? end : stretch->end;
     }
     return most(t, stretch->begin);
-}
-
-// Value and derivatives of W^6 F' at a place.
-static Slope freeform_slope(const Ray *ray, uint id, uint begin, uint stop, FLOAT w)
-{
-    Slope f = record_slope(ray->records + id, ray->u, ray->v, w);
-    FLOAT p = 1.0f - ray->kappa * w;
-    FLOAT p3 = p * p * p;
-    FLOAT p4 = p3 * p;
-    f.w = f.w * p4 - 4.0f * ray->kappa * p3 * f.value;
-    f.u *= p4;
-    f.v *= p4;
-    f.value *= p4;
-    FLOAT zero = 0.0f;
-    for (uint k = begin; k < stop; k++) {
-        __global const QuadricRecord *r = ray->records + ray->list[k];
-        Slope q = record_slope(r, ray->u, ray->v, w);
-        // The factor's sign is the strength's; inside the support the value has that of -lead between the roots, of lead outside.
-        INT in = q.value * (r->flags & RECORD_OUTSIDE ? r->lead : -r->lead) > 0.0f;
-        FLOAT square = in ? q.value * q.value : zero;
-        f.value += square * q.value;
-        f.u += 3.0f * square * q.u;
-        f.v += 3.0f * square * q.v;
-        f.w += 3.0f * square * q.w;
-    }
-    return f;
 }

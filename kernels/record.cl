@@ -135,41 +135,48 @@ typedef struct Slope {
     FLOAT value, u, v, w;
 } Slope;
 
-static Slope record_slope(__global const QuadricRecord *r, FLOAT u, FLOAT v, FLOAT w)
+// Out of line, as above.
+static NOINLINE Slope unusual_slope(__global const QuadricRecord *r, FLOAT u, FLOAT v, FLOAT w)
 {
     Slope s;
-    if (r->flags & RECORD_PLANES) {
-        FLOAT p = w - record_plane(r->t0, r->tu, r->tv, u, v);
-        if (r->flags & RECORD_HALF) {
-            FLOAT q = 1.0f - r->a * w;
-            s.value = r->lead * p * q;
-            s.w = r->lead * (q - r->a * p);
-            s.u = -r->lead * r->tu * q;
-            s.v = -r->lead * r->tv * q;
-            return s;
-        }
-        FLOAT q = w - record_plane(r->h0, r->d, r->e, u, v), one = 1.0f;
-        s.value = r->lead * p * q;
-        q = ((p == 0.0f) & (q == 0.0f)) ? one : q; // a slab that is thinner than floats can tell has a normal all the same
-        s.w = r->lead * (p + q);
-        s.u = -r->lead * (q * r->tu + p * r->d);
-        s.v = -r->lead * (q * r->tv + p * r->e);
-    } else if (r->flags & RECORD_GENERAL) {
+    if (r->flags & RECORD_GENERAL) {
         FLOAT beta = record_beta(r, u, v);
         s.value = w * (r->lead * w - 2.0f * beta) + record_q(r, u, v);
         s.w = 2.0f * (r->lead * w - beta);
         s.u = r->d + 2.0f * (r->a * u - w * r->tu) + r->b * v;
         s.v = r->e + 2.0f * (r->c * v - w * r->tv) + r->b * u;
-    } else {
-        FLOAT du = u - r->uc;
-        FLOAT dv = v - r->vc;
-        FLOAT d = w - record_tm(r, du, dv);
-        FLOAT lead = r->lead;
-        s.value = lead * (d * d - record_h2(r, du, dv));
-        s.w = 2.0f * lead * d;
-        s.u = -lead * (2.0f * (d * r->tu + r->a * du) + r->b * dv + r->d);
-        s.v = -lead * (2.0f * (d * r->tv + r->c * dv) + r->b * du + r->e);
+        return s;
     }
+    FLOAT p = w - record_plane(r->t0, r->tu, r->tv, u, v), q, one = 1.0f;
+    if (r->flags & RECORD_HALF) {
+        q = 1.0f - r->a * w;
+        s.value = r->lead * p * q;
+        s.w = r->lead * (q - r->a * p);
+        s.u = -r->lead * r->tu * q;
+        s.v = -r->lead * r->tv * q;
+        return s;
+    }
+    q = w - record_plane(r->h0, r->d, r->e, u, v);
+    s.value = r->lead * p * q;
+    q = ((p == 0.0f) & (q == 0.0f)) ? one : q; // a slab that is thinner than floats can tell has a normal all the same
+    s.w = r->lead * (p + q);
+    s.u = -r->lead * (q * r->tu + p * r->d);
+    s.v = -r->lead * (q * r->tv + p * r->e);
+    return s;
+}
+
+static Slope record_slope(__global const QuadricRecord *r, FLOAT u, FLOAT v, FLOAT w)
+{
+    if (r->flags & (RECORD_GENERAL | RECORD_PLANES)) return unusual_slope(r, u, v, w);
+    Slope s;
+    FLOAT du = u - r->uc;
+    FLOAT dv = v - r->vc;
+    FLOAT d = w - record_tm(r, du, dv);
+    FLOAT lead = r->lead;
+    s.value = lead * (d * d - record_h2(r, du, dv));
+    s.w = 2.0f * lead * d;
+    s.u = -lead * (2.0f * (d * r->tu + r->a * du) + r->b * dv + r->d);
+    s.v = -lead * (2.0f * (d * r->tv + r->c * dv) + r->b * du + r->e);
     return s;
 }
 

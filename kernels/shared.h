@@ -42,6 +42,7 @@ typedef struct QuadricRecord {
 #define RECORD_CENTRED 16u
 #define RECORD_PLANES 32u // the third form
 #define RECORD_HALF 64u   // of a half-space
+#define RECORD_STRONG 256u // a free form's base: some perturbation is so much stronger that the polynomials of pieces lose digits
 #define RECORD_STEEP 128u // its planes are met too far away for their middle to be a float's
 
 // A patch that lifts a free form (compiler/plan.h): its frame's coordinates x, y, z are, times W, (a U + b V + c w + d) of these fours.

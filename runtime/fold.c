@@ -13,6 +13,9 @@
 #define LEAD_RANK  1e-7
 #define CONIC_RANK 1e-6
 
+// From how many times the size of the base on a perturbation is strong.
+#define STRONG 16.0
+
 // What floats may add to the size of a box.
 #define BOX_MARGIN 4e-6
 
@@ -244,6 +247,30 @@ void fold_hidden(QuadricRecord *r)
     r->h0 = -1;
     r->lead = -1;
     r->w_low = INFINITY;
+}
+
+// W² Q at a place, and how far it goes from there within a box around it.
+static double fold_value(const ScreenQuadric *f, const double p[3], const double half[3], double *range)
+{
+    double u = p[0], v = p[1], w = p[2];
+    double by_u = f->uu * u + f->uv * v + f->uw * w + f->u1, by_v = f->uv * u + f->vv * v + f->vw * w + f->v1;
+    double by_w = f->uw * u + f->vw * v + f->ww * w + f->w1;
+    *range = 2 * (fabs(by_u) * half[0] + fabs(by_v) * half[1] + fabs(by_w) * half[2]);
+    return by_u * u + by_v * v + by_w * w + f->u1 * u + f->v1 * v + f->w1 * w + f->one;
+}
+
+bool fold_strong(const ScreenQuadric *base, const ScreenQuadric *perturbation, double strength, const Box *support,
+                 double kappa)
+{
+    double middle[3], half[3], range, unused;
+    for (int k = 0; k < 3; k++) {
+        middle[k] = 0.5 * (support->low[k] + support->high[k]);
+        half[k] = 0.5 * (support->high[k] - support->low[k]);
+        if (!isfinite(middle[k])) return true;
+    }
+    double peak = fold_value(perturbation, middle, half, &unused);
+    double own = fabs(fold_value(base, middle, half, &range)), square = pow(1 - kappa * middle[2], 2);
+    return !(fabs(strength) * fabs(peak * peak * peak) <= STRONG * (own + range) * square * square);
 }
 
 static void box_infinite(Box *box)

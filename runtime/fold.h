@@ -36,6 +36,10 @@ double fold_planes(const LeafFace *face, const struct Projection *projection, Qu
 // The record of a leaf that is not shown: empty.
 void fold_hidden(QuadricRecord *record);
 
+// Whether a perturbation is so strong that polynomials of its pieces have coefficients that are much larger than the base is in its support, whose box that is.
+bool fold_strong(const ScreenQuadric *base, const ScreenQuadric *perturbation, double strength, const Box *support,
+                 double kappa);
+
 // Where in (U, V, w) it is >= 0: a box that holds it, with a margin for what floats may add; infinite sides where it has no end.
 void fold_box(const ScreenQuadric *folded, Box *box);
 

@@ -253,6 +253,8 @@ static void fold_group(Folding *f, uint32_t group, Box *box);
 static void fold_perturbations(Folding *f, const PlanLeaf *leaf, bool shown, double factor, QuadricRecord *base,
                                Box *box)
 {
+    ScreenQuadric whole;
+    fold_quadric(f->values + leaf->quadric, &f->map, &whole);
     for (uint32_t k = 0; k < leaf->count; k++) {
         const PlanPerturbation *p = &f->layout->plan->perturbations[f->layout->perturbations[leaf->begin + k]];
         uint32_t number = f->number++, item = f->item++;
@@ -266,6 +268,8 @@ static void fold_perturbations(Folding *f, const PlanLeaf *leaf, bool shown, dou
                 fold_record(&folded, cbrt(strength * factor), &f->records[number]);
                 f->records[number].w_low = (float)support.low[2];
                 base->flags |= strength < 0 ? RECORD_SIGNED : RECORD_GROWS;
+                if (fold_strong(&whole, &folded, strength, &support, f->projection->kappa))
+                    base->flags |= RECORD_STRONG;
             }
         } else if (f->records) {
             fold_hidden(&f->records[number]);

@@ -7,14 +7,15 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-const char *const scene_class_names[SCENE_CLASSES] = {"quadrics", "degenerate", "freeform",   "bases",
-                                                      "sets",     "free sets",  "eye inside", "families",
-                                                      "faces",    "lights",     "morphs",     "fields"};
+const char *const scene_class_names[SCENE_CLASSES] = {"quadrics",  "degenerate", "freeform", "bases", "sets",
+                                                      "free sets", "eye inside", "families", "faces", "lights",
+                                                      "morphs",    "fields",     "steep"};
 
 typedef struct Maker {
     FILE *out;
     uint64_t state;
     double size;
+    double toward[3]; // the eye, of length 1
 } Maker;
 
 static uint64_t next(Maker *m) // splitmix64
@@ -214,6 +215,41 @@ static void freeform(Maker *m, int count)
     if (!below(m, 3)) transform(m, 0.1);
 }
 
+// A free form whose perturbations are a hundredth to a half of it wide and up to ten thousand times as strong as it, around where the eye looks. Their
+// quadrics are 1 in the middle, so that the strength is what they add; nearly flat at the rim of their supports, and steep within.
+static void steep(Maker *m)
+{
+    double s = m->size;
+    int base = below(m, 4), count = 1 + below(m, 4);
+    fprintf(m->out, "freeform(");
+    if (base == 0)
+        fprintf(m->out, "cylinder(%.9g, axis: (%.9g, 1, %.9g)", 0.9 * s, any(m, -0.5, 0.5), any(m, -0.5, 0.5));
+    else if (base == 1)
+        fprintf(m->out, "halfspace((%.9g, %.9g, %.9g), at: (%.9g, %.9g, %.9g)", m->toward[0], m->toward[1],
+                m->toward[2], 0.9 * s * m->toward[0], 0.9 * s * m->toward[1], 0.9 * s * m->toward[2]);
+    else
+        fprintf(m->out, "sphere(%.9g", 0.9 * s);
+    fprintf(m->out, ")) {\n");
+    for (int k = 0; k < count; k++) {
+        double p[3], r = pow(10, any(m, -2, -0.3)), wide = any(m, 1, 3), a[10], at[3], square = 0;
+        direction(m, p);
+        for (int i = 0; i < 3; i++) p[i] = m->toward[i] + fmax(0.25, r) * p[i];
+        double away = (0.9 + r * any(m, -1, 0.9)) / sqrt(p[0] * p[0] + p[1] * p[1] + p[2] * p[2]);
+        for (int i = 0; i < 3; i++) {
+            at[i] = away * p[i];
+            a[i] = -1 / (r * r * (i == k % 3 ? wide * wide : 1));
+            a[3 + i] = 0;
+            a[6 + i] = -2 * a[i] * at[i];
+            square += a[i] * at[i] * at[i];
+        }
+        a[9] = 1 + square;
+        fprintf(m->out, "    perturb(");
+        coefficients(m, a);
+        fprintf(m->out, ", strength: %.9g);\n", (below(m, 3) ? 1 : -1) * s * pow(10, any(m, -1, 4)));
+    }
+    fprintf(m->out, "}");
+}
+
 static void free_base(Maker *m)
 {
     fprintf(m->out, "(freeform(");
@@ -332,14 +368,15 @@ static void morph(Maker *m)
     perturbations(m, 1 + below(m, 3), 0.7, 0.5);
 }
 
-// A solid whose faces lie on a coarse grid, or a tube about one of its lines.
+// A solid whose faces lie on a coarse grid, or a tube about one of its lines. Radii are no multiples of the grid's: where curved faces touch flat ones they
+// leave slivers that are as thin as one likes, which no float can tell.
 static void block(Maker *m)
 {
     double s = 0.4 * m->size;
     switch (below(m, 7)) {
-    case 0: fprintf(m->out, "cylinder(%.9g, height: %.9g)", s, s * (1 + below(m, 2))); break;
-    case 1: fprintf(m->out, "cylinder(%.9g, height: %.9g).move(0, 0, %.9g)", s / 2, 2 * s, s / 2); break;
-    case 2: fprintf(m->out, "sphere(%.9g)", s); return;
+    case 0: fprintf(m->out, "cylinder(%.9g, height: %.9g)", 0.93 * s, s * (1 + below(m, 2))); break;
+    case 1: fprintf(m->out, "cylinder(%.9g, height: %.9g).move(0, 0, %.9g)", 0.47 * s, 2 * s, s / 2); break;
+    case 2: fprintf(m->out, "sphere(%.9g)", 1.07 * s); return;
     default: fprintf(m->out, "box(%.9g, %.9g, %.9g)", s * (1 + below(m, 2)), s * (1 + below(m, 2)), s);
     }
     fprintf(m->out, ".move(%.9g, %.9g, %.9g)", s / 2 * (below(m, 5) - 2), s / 2 * (below(m, 5) - 2),
@@ -478,6 +515,17 @@ static void camera(Maker *m, bool near)
         fprintf(m->out, "projection: \"orthographic\"; height: %.9g; }\n", length(m, 2, 3));
 }
 
+// From near, towards the middle.
+static void close_camera(Maker *m)
+{
+    direction(m, m->toward);
+    double away = length(m, 1, 1.8);
+    fprintf(m->out,
+            "camera { eye: (%.9g, %.9g, %.9g); look_at: (%.9g, %.9g, %.9g); up: (0.1, 1, 0.05); fov: %.9gdeg; }\n",
+            away * m->toward[0], away * m->toward[1], away * m->toward[2], length(m, -0.1, 0.1), length(m, -0.1, 0.1),
+            length(m, -0.1, 0.1), any(m, 20, 70));
+}
+
 static void light(Maker *m, int number, bool unusual)
 {
     double d[3];
@@ -517,6 +565,7 @@ static void object(Maker *m, SceneClass kind)
     case SCENE_FAMILY: family(m); return;
     case SCENE_MORPHS: morph(m); return;
     case SCENE_FIELDS: fields(m); return;
+    case SCENE_STEEP: steep(m); return;
     default: faces(m); return;
     }
 }
@@ -530,7 +579,10 @@ RandomScene random_scene(SceneClass kind, uint64_t seed)
     if (!m.out) abort();
     m.size = scene.size = sizes[below(&m, 5)];
     fprintf(m.out, "scn 1;\n// class: %s, seed %llu\n", scene_class_names[kind], (unsigned long long)seed);
-    camera(&m, kind == SCENE_EYE);
+    if (kind == SCENE_STEEP)
+        close_camera(&m);
+    else
+        camera(&m, kind == SCENE_EYE);
     int lights = kind == SCENE_LIGHTS ? 2 + below(&m, 2) : 1 + !below(&m, 3);
     for (int k = 0; k < lights; k++) light(&m, k, kind == SCENE_LIGHTS);
     fprintf(m.out, "background { color: (0.1, 0.1, 0.2); }\n");
