@@ -161,11 +161,35 @@ static bool is_value(const Formula *f, uint32_t a)
     return f->numbers[a].op == TAPE_NUMBER;
 }
 
+static bool is_zero(const Formula *f, uint32_t a)
+{
+    return f->numbers[a].op == TAPE_NUMBER && f->numbers[a].value == 0;
+}
+
+static bool vanishes(const Formula *f, const FormulaNumber *n)
+{
+    bool a = f->numbers[n->a].vanishes, b = has_second(n->op) && f->numbers[n->b].vanishes;
+    switch (n->op) {
+    case TAPE_MIN:
+    case TAPE_MAX: return is_zero(f, n->b) || (a && b);
+    case TAPE_MUL: return a || b;
+    case TAPE_ADD:
+    case TAPE_SUB: return a && b;
+    case TAPE_POWER: return a && (int32_t)n->b > 0;
+    case TAPE_NEG:
+    case TAPE_ABS:
+    case TAPE_SQUARE:
+    case TAPE_SQRT: return a;
+    default: return false;
+    }
+}
+
 static uint32_t step(Formula *f, FormulaNumber n)
 {
     n.depends = f->numbers[n.a].depends;
     if (has_second(n.op)) n.depends |= f->numbers[n.b].depends;
     if (n.op == TAPE_SELECT) n.depends = SLICE_ACROSS | SLICE_UP; // as kernels have it
+    n.vanishes = vanishes(f, &n);
     bound(f, &n);
     return put(f, n);
 }
@@ -365,6 +389,7 @@ typedef struct Scheduler {
     FormulaSteps *result;
     uint32_t *places, *spread; // of numbers + 1: where they are, and where they are as ones that depend on both
     uint32_t *conditions;      // of conditions
+    bool signs_of_zero;        // matter: a number is divided by another, or the like
     uint32_t count, capacity;
 } Scheduler;
 
@@ -376,6 +401,13 @@ static bool is_logic(const FormulaCondition *c)
 static bool has_two(const FormulaCondition *c)
 {
     return c->op == SLICE_LESS || c->op == SLICE_NOT_LESS;
+}
+
+// Where this is computed, 0 and -0 are not the same, and a sum with 0 is not always its other side.
+static bool sees_sign_of_zero(const Formula *f, const FormulaNumber *n)
+{
+    return (n->op == TAPE_DIV && !is_value(f, n->b)) || n->op == TAPE_BACK_DIV || n->op == TAPE_ATAN2 ||
+           n->op == TAPE_POW || (n->op == TAPE_POWER && (int32_t)n->b < 0);
 }
 
 static void reach(Scheduler *s, uint32_t condition)
@@ -395,6 +427,7 @@ static void reach(Scheduler *s, uint32_t condition)
     for (uint32_t k = f->number_count; k-- > SLICE_POINT;) {
         const FormulaNumber *n = &f->numbers[k];
         if (!s->places[k] || n->op == TAPE_NUMBER) continue;
+        s->signs_of_zero |= sees_sign_of_zero(f, n);
         s->places[n->a] = 1;
         if (has_second(n->op) || n->op == TAPE_SELECT) s->places[n->b] = 1;
         if (n->op == TAPE_SELECT) s->places[n->c] = 1;
@@ -448,6 +481,8 @@ static void number_step(Scheduler *s, uint32_t k)
     uint32_t word = n->op | (n->doubt ? SLICE_DOUBT : 0) | class_of(&s->f->numbers[n->a]) << 8 |
                     class_of(second) << 10 | class_of(n) << 14;
     uint32_t a = place(s, n->a), b = 0;
+    bool sum = (n->op == TAPE_ADD || n->op == TAPE_SUB) && second->op != TAPE_NUMBER;
+    if (sum && !s->signs_of_zero && (s->f->numbers[n->a].vanishes || second->vanishes)) word |= SLICE_VANISHES;
     if (n->op == TAPE_SELECT) {
         b = spread_place(s, n->b);
         b |= spread_place(s, n->c) << 16;

@@ -40,6 +40,7 @@ enum { FORMULA_FALSE, FORMULA_TRUE }; // conditions
 typedef struct FormulaNumber {
     uint8_t op;       // TAPE_NUMBER: `value`; the two coordinates are TAPE_OPS
     uint8_t depends;  // SLICE_ACROSS, SLICE_UP
+    bool vanishes;    // may be 0 in a whole region, as max(Q, 0)
     bool doubt;       // may be undefined or infinite
     uint32_t a, b, c; // numbers; of TAPE_POWER b is the exponent, of TAPE_SELECT c the third
     float value, low, high;

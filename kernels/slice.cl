@@ -2,7 +2,8 @@
 //
 // A tile is cut into 4 x 4 parts, which are the lanes of one packet. First come ranges: of each number in each part, then which comparisons, ANDs and ORs
 // hold all over a part, or nowhere in it, 16 bits each. Parts that are decided are filled. For the others it is traced back what of the program they still
-// need, and they get a program of that alone: where one side of an AND holds all over the part, the other side takes its place. Parts of 16 x 16
+// need, and they get a program of that alone: where one side of an AND holds all over the part, the other side takes its place, and so it is with sums of
+// which one side is 0, as perturbations are outside of their supports. Parts of 16 x 16
 // pixels run theirs at once; larger ones are tiles of the next level. Work-items take tiles by a counter.
 //
 // A range is rounded to nearest: sums, products, quotients and roots that are rounded to nearest rise and fall with their exact values, so such a range holds
@@ -307,7 +308,7 @@ INLINE uint known_compare(TapeStep step, __global const Range *ranges, uint doub
     return holds | fails << 16;
 }
 
-static uint program_known(Steps steps, uint numbers, uint compares, uint logics, Memory m)
+NOINLINE static uint program_known(Steps steps, uint numbers, uint compares, uint logics, Memory m)
 {
     uint doubt = number_ranges(steps, numbers, m.ranges);
     steps += numbers;
@@ -340,15 +341,22 @@ INLINE uint decided(uint known)
     return (known | known >> 16) & 0xffffu;
 }
 
-// Of MIN and MAX the parts where the first (bits 0-15) or the second operand (16-31) is the result, all over the part.
+// The parts where the first operand (bits 0-15) or the second one (16-31) takes the place of the result, all over the part: of MIN and MAX the one that is it,
+// of sums the one beside which the other is 0. What takes the place must depend on the same, so that the steps that use it stay as they are.
 static uint chosen(TapeStep step, __global const Range *ranges)
 {
-    uint op = TAPE_OP(step.word), class = SLICE_CLASS(step.word);
-    if ((op != TAPE_MIN && op != TAPE_MAX) || step.word & SLICE_DOUBT) return 0;
+    uint op = TAPE_OP(step.word), class = SLICE_CLASS(step.word), first, second;
+    int sum = (step.word & SLICE_VANISHES) != 0;
+    if ((op != TAPE_MIN && op != TAPE_MAX && !sum) || step.word & SLICE_DOUBT) return 0;
     Range a = ranges[SLICE_A(step.word)], b = second_range(step, ranges);
-    uint a_less = mask_bits(a.high < b.low), b_less = mask_bits(b.high < a.low);
-    uint first = op == TAPE_MIN ? a_less : b_less, second = op == TAPE_MIN ? b_less : a_less;
-    // What takes the place of the result must depend on the same, so that the steps that use it stay as they are.
+    if (sum) {
+        first = mask_bits((b.low == 0.0f) & (b.high == 0.0f));
+        second = op == TAPE_ADD ? mask_bits((a.low == 0.0f) & (a.high == 0.0f)) & ~first : 0u;
+    } else {
+        uint a_less = mask_bits(a.high < b.low), b_less = mask_bits(b.high < a.low);
+        first = op == TAPE_MIN ? a_less : b_less;
+        second = op == TAPE_MIN ? b_less : a_less;
+    }
     if (SLICE_CLASS_A(step.word) != class) first = 0;
     if (step.word & SLICE_LITERAL || SLICE_CLASS_B(step.word) != class) second = 0;
     return first | second << 16;
@@ -373,7 +381,7 @@ static void trace_numbers(Steps steps, uint numbers, Memory m, Counts *counts)
     }
 }
 
-static void trace(Steps steps, uint numbers, uint compares, uint logics, uint parts, Memory m, Counts *counts)
+NOINLINE static void trace(Steps steps, uint numbers, uint compares, uint logics, uint parts, Memory m, Counts *counts)
 {
     counts->numbers = counts->compares = counts->logics = (uint16)(0);
     for (uint k = 0; k < numbers + SLICE_POINT; k++) m.need[k] = 0;
@@ -413,7 +421,7 @@ INLINE ushort16 parts_of(__global const ushort *list, uint k)
 
 // Writes the programs of parts. `at`: of each the next step. In programs of parts of 16 x 16 pixels (`leaf`) numbers that depend on both are numbered by
 // themselves, and so are the others.
-static void write_numbers(Steps steps, uint numbers, uint parts, int leaf, Memory m, __global TapeStep *out, uint *at)
+NOINLINE static void write_numbers(Steps steps, uint numbers, uint parts, int leaf, Memory m, __global TapeStep *out, uint *at)
 {
     __global ushort16 *map = (__global ushort16 *)m.map;
     ushort16 single = (ushort16)(SLICE_POINT), mixed = (ushort16)(0);
@@ -450,7 +458,7 @@ static void write_numbers(Steps steps, uint numbers, uint parts, int leaf, Memor
     }
 }
 
-static void write_conditions(Steps steps, uint numbers, uint compares, uint logics, uint parts, Memory m, __global TapeStep *out, uint *at)
+NOINLINE static void write_conditions(Steps steps, uint numbers, uint compares, uint logics, uint parts, Memory m, __global TapeStep *out, uint *at)
 {
     __global ushort16 *place = (__global ushort16 *)m.place;
     ushort16 next = (ushort16)(0);
@@ -574,7 +582,7 @@ static void compare_pixels(TapeStep step, __global const FLOAT *single, __global
 }
 
 // The conditions of 16 x 16 pixels.
-static ushort16 leaf_pixels(Steps steps, uint numbers, uint compares, uint logics, FLOAT across, FLOAT up, Memory m)
+NOINLINE static ushort16 leaf_pixels(Steps steps, uint numbers, uint compares, uint logics, FLOAT across, FLOAT up, Memory m)
 {
     __global FLOAT *single = (__global FLOAT *)m.ranges, *mixed = m.mixed, *next = single + SLICE_POINT;
     __global ushort16 *bits = m.bits;

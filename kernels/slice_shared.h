@@ -11,6 +11,7 @@
 //     bit  7      SLICE_DOUBT: the number may be undefined or without bounds
 //     bits 8-9    what the first operand depends on: SLICE_ACROSS, SLICE_UP, both, or nothing
 //     bits 10-11  the same of the second
+//     bit  12     SLICE_VANISHES: of a sum or difference, an operand may be 0 all over a tile
 //     bits 14-15  the same of the result
 //     bits 16-31  first operand
 //
@@ -30,6 +31,7 @@
 
 #define SLICE_LITERAL 64u
 #define SLICE_DOUBT 128u
+#define SLICE_VANISHES 4096u
 #define SLICE_ACROSS 1u
 #define SLICE_UP 2u
 #define SLICE_CLASS_A(word) ((word) >> 8 & 3u)

@@ -161,7 +161,6 @@ static bool list_groups(Slicer *s, uint32_t groups, Failure *failure)
 static bool make_kernels(Slicer *s, const SlicerDesc *desc, Failure *failure)
 {
     cl_int status;
-    if (s->program->builds && !desc->code) program_store(s->program, NULL);
     s->tiles = clCreateKernel(s->program->cl, desc->code ? "slice_lists" : "slice_tiles", &status);
     if (status == CL_SUCCESS && !desc->code) s->each = clCreateKernel(s->program->cl, "slice_each", &status);
     if (status != CL_SUCCESS) return failed(failure, "the kernels of slices are not there", status);

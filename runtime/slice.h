@@ -7,7 +7,7 @@
 //     if (slicer_program(slicer, &steps, &failure) && slicer_draw(slicer, &view, SLICE_TILES, &failure)) …slicer_bits(slicer)…
 //     slicer_free(slicer);
 //
-// The kernels are the same for all formulas: they are built once and then come from the cache (runtime/program.h).
+// The kernels are the same for all formulas: they are built once, and then come from PoCL's cache as those of scenes do (runtime/program.h).
 //
 // A formula can also be compiled (compiler/formula_emit.h, SlicerDesc.code): kernels of its own, which draw the same picture in half the time and take
 // seconds to build. Packages hold them (runtime/slice_package.h).

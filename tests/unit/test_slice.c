@@ -72,7 +72,7 @@ static bool has_two(uint32_t op)
 static uint32_t random_number(Formula *f, const uint32_t *made, uint32_t count, uint64_t *seed)
 {
     uint32_t choice = next_random(seed) % 4;
-    if (choice == 0) return formula_value(f, random_unit(seed) * 3);
+    if (choice == 0) return formula_value(f, next_random(seed) % 4 ? random_unit(seed) * 3 : 0);
     if (choice == 1 || !count) return next_random(seed) % 2;
     return made[count - 1 - next_random(seed) % (count < 8 ? count : 8)];
 }
@@ -197,6 +197,33 @@ static void a_thousand_discs(void **state)
     arena_release(&arena);
 }
 
+// A disc with 500 small bumps and dents, F + sum of s max(Q, 0)³: far from a bump its steps are gone.
+static void a_free_form_of_many_perturbations(void **state)
+{
+    Arena arena = {0};
+    FormulaSteps steps;
+    Formula *f = formula_new(&arena, true);
+    uint64_t seed = 21;
+    uint32_t zero = formula_value(f, 0), u = formula_op1(f, TAPE_SQUARE, FORMULA_ACROSS),
+             sum = formula_op1(f, TAPE_SQUARE, FORMULA_UP);
+    sum = formula_op2(f, TAPE_BACK_SUB, formula_op2(f, TAPE_ADD, u, sum), formula_value(f, 0.5f));
+    for (int k = 0; k < 500; k++) {
+        u = formula_op2(f, TAPE_SUB, FORMULA_ACROSS, formula_value(f, random_unit(&seed)));
+        uint32_t v = formula_op2(f, TAPE_SUB, FORMULA_UP, formula_value(f, random_unit(&seed)));
+        u = formula_op1(f, TAPE_SQUARE, u);
+        uint32_t q = formula_op2(f, TAPE_ADD, u, formula_op1(f, TAPE_SQUARE, v));
+        q = formula_op2(f, TAPE_BACK_SUB, formula_op2(f, TAPE_MUL, q, formula_value(f, 200)), formula_value(f, 1));
+        q = formula_op2(f, TAPE_MAX, q, zero);
+        q = formula_op2(f, TAPE_MUL, formula_op1(f, TAPE_SQUARE, q), q);
+        q = formula_op2(f, TAPE_MUL, q, formula_value(f, random_unit(&seed)));
+        sum = k % 2 ? formula_op2(f, TAPE_ADD, sum, q) : formula_op2(f, TAPE_SUB, sum, q);
+    }
+    assert_true(formula_steps(f, formula_compare(f, sum, true, 0), &arena, &steps));
+    uint64_t inside = check(*state, &steps, &steps, &(SliceView){300, 290, -1, 1, -1, 1});
+    assert_in_range(inside, 300 * 290 / 4, 300 * 290 / 2);
+    arena_release(&arena);
+}
+
 // Discs, and what is left of the plane without them: an OR of groups and an AND of groups, as code.
 static void code_draws_what_programs_draw(void **state)
 {
@@ -280,6 +307,7 @@ int main(void)
         cmocka_unit_test(formulas_that_are_pushed),
         cmocka_unit_test(a_thousand_discs),
         cmocka_unit_test(more_numbers_than_there_are_rows_for),
+        cmocka_unit_test(a_free_form_of_many_perturbations),
         cmocka_unit_test(code_draws_what_programs_draw),
         cmocka_unit_test(what_is_everywhere_or_nowhere),
     };
