@@ -35,10 +35,14 @@ INLINE FLOAT bernstein_highest(const Bernstein *b)
     return most(most(most(b->c0, b->c1), most(b->c2, b->c3)), most(most(b->c4, b->c5), b->c6));
 }
 
+INLINE FLOAT bernstein_lowest(const Bernstein *b)
+{
+    return least(least(least(b->c0, b->c1), least(b->c2, b->c3)), least(least(b->c4, b->c5), b->c6));
+}
+
 INLINE FLOAT bernstein_largest(const Bernstein *b)
 {
-    FLOAT low = least(least(least(b->c0, b->c1), least(b->c2, b->c3)), least(least(b->c4, b->c5), b->c6));
-    return most(bernstein_highest(b), -low);
+    return most(bernstein_highest(b), -bernstein_lowest(b));
 }
 
 // A positive coefficient has one that is not behind it: the sign may change more than once.

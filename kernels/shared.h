@@ -61,7 +61,8 @@ typedef struct CellRecord {
 // Where it acts, in z of the lift's frame: beyond it F has the sign of the base. Behind its points; low > high: nowhere.
 typedef struct CellBand {
     float low, high;
-    float spare[14];
+    float least, most; // of its points
+    float spare[12];
 } CellBand;
 
 #define LIFT_RECORDS 2 // of a cell of a lift

@@ -37,8 +37,9 @@ static void box_add(Box *box, const Projection *projection, const double place[3
     double q = 1 + projection->kappa * place[2];
     for (int k = 0; k < 3; k++) {
         double at = place[k] / q;
-        box->low[k] = q > NEAR ? fmin(box->low[k], at) : -INFINITY;
-        box->high[k] = q > NEAR ? fmax(box->high[k], at) : INFINITY;
+        double low = q > NEAR ? at : -INFINITY, high = q > NEAR ? at : INFINITY;
+        box->low[k] = low < box->low[k] ? low : box->low[k];
+        box->high[k] = high > box->high[k] ? high : box->high[k];
     }
 }
 
@@ -103,82 +104,35 @@ void lift_cell(const LiftPlace *place, const PatchCells *cells, int i, int j, do
 static void frame_box(const LiftPlace *place, const double low[3], const double high[3], const Projection *projection,
                       Box *box)
 {
+    double world[3], origin[3], edges[3][3]; // in the view: the low corner, and the edges from there
     box_begin(box);
-    for (int corner = 0; corner < 8 && !place->flat; corner++) {
-        double at[3] = {corner & 1 ? high[0] : low[0], corner & 2 ? high[1] : low[1], corner & 4 ? high[2] : low[2]};
-        double world[3], view[3];
+    if (place->flat) return;
+    matrix_point(place->frame, low, world);
+    to_view(projection, world, origin);
+    for (int e = 0; e < 3; e++) {
+        double at[3] = {low[0], low[1], low[2]};
+        at[e] = high[e];
         matrix_point(place->frame, at, world);
-        to_view(projection, world, view);
+        to_view(projection, world, edges[e]);
+        for (int k = 0; k < 3; k++) edges[e][k] -= origin[k];
+    }
+    for (int corner = 0; corner < 8; corner++) {
+        double view[3] = {origin[0], origin[1], origin[2]};
+        for (int e = 0; e < 3; e++)
+            for (int k = 0; k < 3 && corner >> e & 1; k++) view[k] += edges[e][k];
         box_add(box, projection, view);
     }
     box_end(box);
 }
 
-// Bounds of a quadric's values over a box about `at`.
-static void quadric_range(const double q[10], const double at[3], const double half[3], double *low, double *high)
+void lift_cell_band(const LiftBand *band, const CellRecord *cell, CellBand *record)
 {
-    double x = at[0], y = at[1], z = at[2];
-    double value = quadric_at(q, at), spread = 0;
-    double gradient[3] = {2 * q[0] * x + q[3] * y + q[4] * z + q[6], 2 * q[1] * y + q[3] * x + q[5] * z + q[7],
-                          2 * q[2] * z + q[4] * x + q[5] * y + q[8]};
-    for (int k = 0; k < 3; k++) spread += fabs(gradient[k]) * half[k] + fabs(q[k]) * half[k] * half[k];
-    spread += fabs(q[3]) * half[0] * half[1] + fabs(q[4]) * half[0] * half[2] + fabs(q[5]) * half[1] * half[2];
-    spread += 1e-9 * (fabs(value) + spread);
-    *low = value - spread;
-    *high = value + spread;
-}
-
-void framed_leaf(const Plan *plan, const double *values, const PlanLeaf *leaf, const LiftPlace *place,
-                 FramedLeaf *framed)
-{
-    framed->count = 1 + leaf->count;
-    framed->known = leaf->count <= BAND_PERTURBATIONS && leaf->lift_count == 1 &&
-                    quadric_transform(values + leaf->quadric, place->frame, framed->quadrics[0]);
-    for (uint32_t k = 0; framed->known && k < leaf->count; k++) {
-        const PlanPerturbation *p = &plan->perturbations[leaf->begin + k];
-        framed->strengths[1 + k] = values[p->strength];
-        framed->known = quadric_transform(values + p->quadric, place->frame, framed->quadrics[1 + k]);
+    *record = (CellBand){
+        .low = (float)band->low, .high = (float)band->high, .least = cell->points[0], .most = cell->points[0]};
+    for (int k = 1; k < 16; k++) {
+        record->least = fminf(record->least, cell->points[k]);
+        record->most = fmaxf(record->most, cell->points[k]);
     }
-}
-
-static double cube_of(double q)
-{
-    return q > 0 ? q * q * q : 0;
-}
-
-static void leaf_range(const FramedLeaf *leaf, const double at[3], const double half[3], double *low, double *high)
-{
-    quadric_range(leaf->quadrics[0], at, half, low, high);
-    for (uint32_t k = 1; k < leaf->count; k++) {
-        double from, to;
-        quadric_range(leaf->quadrics[k], at, half, &from, &to);
-        double a = leaf->strengths[k] * cube_of(from), b = leaf->strengths[k] * cube_of(to);
-        *low += fmin(a, b);
-        *high += fmax(a, b);
-    }
-}
-
-LiftBand lift_band(const FramedLeaf *leaf, const LiftPlace *place, const PatchCells *cells, int i, int j)
-{
-    enum { SLICES = 24 };
-    LiftBand band = {INFINITY, -INFINITY};
-    if (!cells || place->flat) return band;
-    const double *points = cell_points(cells, 2, i, j);
-    double least = INFINITY, greatest = -INFINITY, n = place->count;
-    for (int k = 0; k < 16; k++) {
-        least = fmin(least, place->strength * points[k]);
-        greatest = fmax(greatest, place->strength * points[k]);
-    }
-    if (!leaf->known) return (LiftBand){place->low, place->high};
-    double thick = (place->high - place->low) / SLICES, half[3] = {0.5 / n, 0.5 / n, 0.5 * thick};
-    for (int k = 0; k < SLICES; k++) {
-        double at[3] = {(i + 0.5) / n, (j + 0.5) / n, place->low + (k + 0.5) * thick}, low, high;
-        leaf_range(leaf, at, half, &low, &high);
-        if (high < fmin(0, -greatest) || low > fmax(0, -least)) continue; // the base decides, with the cell and without
-        band.low = fmin(band.low, place->low + k * thick);
-        band.high = fmax(band.high, place->low + (k + 1) * thick);
-    }
-    return band;
 }
 
 void lift_cell_box(const LiftPlace *place, const LiftBand *band, int i, int j, const Projection *projection, Box *box)

@@ -9,6 +9,7 @@
 #include "compiler/plan.h"
 #include "kernels/shared.h"
 #include "runtime/fold.h"
+#include "runtime/lift_bands.h"
 #include "runtime/patch_cells.h"
 #include "runtime/view.h"
 
@@ -27,23 +28,8 @@ void lift_place(const Plan *plan, const double *values, const PlanLift *lift, co
                 LiftPlace *place);
 void lift_record(const LiftPlace *place, const ScreenMap *map, LiftRecord *record);
 void lift_cell(const LiftPlace *place, const PatchCells *cells, int i, int j, double factor, CellRecord *record);
-// Between which heights of the frame a cell can matter: F of the leaf without its lifts is bounded in slices of the cell's
-// column, and where it is so large, or so small, that the cell cannot change its sign, the cell is left out.
-#define BAND_PERTURBATIONS 32 // of a leaf, up to which its cells are bounded
-
-// The quadrics of a leaf in the coordinates of a lift's frame: the base, then its perturbations.
-typedef struct FramedLeaf {
-    double quadrics[1 + BAND_PERTURBATIONS][10], strengths[1 + BAND_PERTURBATIONS];
-    uint32_t count;
-    bool known; // few enough, and finite
-} FramedLeaf;
-void framed_leaf(const Plan *plan, const double *values, const PlanLeaf *leaf, const LiftPlace *place,
-                 FramedLeaf *framed);
-
-typedef struct LiftBand {
-    double low, high; // low > high: nowhere
-} LiftBand;
-LiftBand lift_band(const FramedLeaf *leaf, const LiftPlace *place, const PatchCells *cells, int i, int j);
+// Behind the cell's record: also the least and the most that the cell adds, as the device knows its points.
+void lift_cell_band(const LiftBand *band, const CellRecord *cell, CellBand *record);
 void lift_cell_box(const LiftPlace *place, const LiftBand *band, int i, int j, const Projection *projection, Box *box);
 void lift_box(const LiftPlace *place, const Projection *projection, Box *box); // of all cells
 

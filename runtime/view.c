@@ -155,8 +155,9 @@ bool layout_init(Layout *layout, const Plan *plan)
     layout->items = calloc(layout->item_stride, sizeof *layout->items);
     layout->nodes = calloc(layout->record_count + 1, sizeof *layout->nodes);
     layout->boxes = calloc(layout->record_count + 1, sizeof *layout->boxes);
-    bool fields = field_tables_init(&layout->fields, plan), faces = faces_init(&layout->faces, plan);
-    if (!layout->items || !layout->nodes || !layout->boxes || !fields || !faces) {
+    bool tables = field_tables_init(&layout->fields, plan) && faces_init(&layout->faces, plan) &&
+                  lift_bands_init(&layout->bands, plan);
+    if (!layout->items || !layout->nodes || !layout->boxes || !tables) {
         layout_release(layout);
         return false;
     }
@@ -178,6 +179,7 @@ void layout_release(Layout *layout)
     free(layout->boxes);
     field_tables_release(&layout->fields);
     faces_release(&layout->faces);
+    lift_bands_release(&layout->bands);
     *layout = (Layout){0};
 }
 
@@ -292,19 +294,19 @@ static void fold_lifts(Folding *f, const PlanLeaf *leaf, bool shown, double fact
         const PatchCells *cells = cells_of(f, lift->patch);
         LiftPlace place;
         lift_place(f->layout->plan, f->values, lift, cells, &place);
-        FramedLeaf framed;
-        framed_leaf(f->layout->plan, f->values, leaf, &place, &framed);
+        const LiftBand *bands =
+            lift_bands_get(&f->layout->bands, f->layout->plan, f->values, leaf, leaf->lifts + k, &place, cells);
         uint32_t head = f->number++;
         if (f->records) lift_record(&place, &f->map, (LiftRecord *)&f->records[head]);
         for (int cell = 0; cell < place.count * place.count; cell++) {
             uint32_t number = f->number, item = f->item++;
             int i = cell / place.count, j = cell % place.count;
             Box one = box_empty;
-            LiftBand band = lift_band(&framed, &place, cells, i, j);
+            LiftBand band = bands[cell];
             if (shown && band.low < band.high) lift_cell_box(&place, &band, i, j, f->projection, &one);
             if (f->records) {
                 lift_cell(&place, cells, i, j, factor, (CellRecord *)&f->records[number]);
-                *(CellBand *)&f->records[number + 1] = (CellBand){.low = (float)band.low, .high = (float)band.high};
+                lift_cell_band(&band, (CellRecord *)&f->records[number], (CellBand *)&f->records[number + 1]);
             }
             f->number += LIFT_RECORDS;
             set_item_box(f, item, &one);
@@ -570,6 +572,7 @@ void view_frame(Layout *layout, const double *values)
 {
     field_tables_frame(&layout->fields, values);
     faces_frame(&layout->faces, values);
+    lift_bands_forget(&layout->bands);
 }
 
 void view_bounds(Layout *layout, const double *values, Box *box)

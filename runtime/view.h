@@ -19,6 +19,7 @@
 #include "runtime/camera.h"
 #include "runtime/faces.h"
 #include "runtime/fold_field.h"
+#include "runtime/lift_bands.h"
 
 // The plan's leaves and perturbations under one numbering (PlanNode in shared.h), and the items that tiles choose from.
 struct PatchCells;
@@ -33,6 +34,7 @@ typedef struct Layout {
     Box *boxes;                           // of each number, while folding
     FieldTables fields;
     Faces faces;
+    LiftBands bands;                       // of `cells`
     const struct PatchCells *const *cells; // of the plan's patches, borrowed; NULL among them, or NULL: not solved
 } Layout;
 

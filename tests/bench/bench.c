@@ -13,7 +13,7 @@
 //   POV-Ray       its trace time (its own words) at the same size, one thread; where `povray` is installed
 //
 // Then once: package to first picture with empty caches, source to first picture with empty caches, a union of 10,000 spheres, 100,000 quadrics, 100,000
-// scattered balls, 54 slabs in one free form, and a million random rays against the oracle.
+// scattered balls, 54 slabs in one free form, a free form that a patch displaces, and a million random rays against the oracle.
 #include <cjson/cJSON.h>
 #include <errno.h>
 #include <fcntl.h>
@@ -349,6 +349,46 @@ static void big_crowd(const Options *o, const char *const crowd[2], cJSON *json)
     free(frame.out);
 }
 
+// What a displacement costs: a free form, and the same with a patch on most of what is seen of it, as it starts.
+#define DISPLACED_BODY                                                                                                 \
+    "scn 1;\ncamera { eye: (1.2, -3.2, 2.6); look_at: (0, 0, 0.1); up: (0, 0, 1); fov: 38deg; }\n"                     \
+    "light key { direction: (-0.5, 0.8, -1); }\nlight fill { direction: (-0.9, -0.3, -0.4); intensity: 0.35; }\n"      \
+    "object body = freeform(ellipsoid(1.1, 0.8, 0.75)) {\n"                                                            \
+    "    perturb(sphere(0.55).move(0.9, 0, 0.3), strength: 3);\n"                                                      \
+    "    perturb(sphere(0.4).move(-0.6, 0.2, 0.75), strength: -5);\n"                                                  \
+    "    perturb(sphere(0.5).move(0.1, -0.75, 0.1), strength: 3);\n};\n"
+static const char *const displaced[][2] = {
+    {"free-form", DISPLACED_BODY "scene { body; }\n"},
+    {"displaced", DISPLACED_BODY
+     "patch chest { grid: 33; start: (u, v, 2 * u * (1 - u) * v * (1 - v) * (1 + 0.5 * sin(720deg * u))); }\n"
+     "scene { body.displace(by: chest, corner: (-0.5, -0.4, 0), u: (0.9, 0, 0), v: (0, 0.8, 0), caps: 0.2 .. 1.6); "
+     "}\n"},
+};
+
+static void displacement(const Options *o, cJSON *json)
+{
+    Options small = *o;
+    double cost[2];
+    small.size = 512;
+    for (int k = 0; k < 2; k++) {
+        char path[600];
+        work_path(o, displaced[k][0], ".scn", path);
+        FILE *file = fopen(path, "w");
+        if (!file) {
+            fprintf(stderr, "cannot write %s: %s\n", path, strerror(errno));
+            return;
+        }
+        fputs(displaced[k][1], file);
+        fclose(file);
+        Outcome frame = bench(&small, NULL, path, "1");
+        cost[k] = field(frame.out, "cpu_ms");
+        free(frame.out);
+    }
+    note(json, "displaced_over_free_form", cost[1] / cost[0],
+         "a displaced free form, 512x512: %.1f ms CPU a frame, %.1f ms without the patch: %.1f times (at most 3)",
+         cost[1], cost[0], cost[1] / cost[0]);
+}
+
 // A million rays: ten classes, 7 scenes each of 120 x 120.
 static bool random_rays(const Options *o, cJSON *json)
 {
@@ -441,6 +481,7 @@ int main(int argc, char **argv)
         big_union(&o, &arena, 10000, true, json);
         big_union(&o, &arena, 100000, false, json);
         for (size_t k = 0; k < sizeof crowds / sizeof *crowds; k++) big_crowd(&o, crowds[k], json);
+        displacement(&o, json);
         if (o.rays) good = random_rays(&o, json);
     }
     char path[600], *text = cJSON_Print(json);
