@@ -260,7 +260,7 @@ Bounds bounds_of_quadric(const double q[10])
 
 // --- intersections
 
-enum { PARTS_MAX = 32, PLANES_MAX = 16 };
+enum { PARTS_MAX = 64, PLANES_MAX = 2 * PARTS_MAX + 6 };
 
 typedef struct Meeting { // what meets
     const double *quadrics[PARTS_MAX];
@@ -297,39 +297,114 @@ static void find_planes(Meeting *m, const Bounds *box)
     }
 }
 
-// Three planes bound e · X where e is a sum of their normals with weights >= 0: it is at most that sum of their b.
-static void cut_by_three(Bounds *box, const Plane *p, const Plane *q, const Plane *r)
+// Planes bound e · X where e is a sum of their normals with weights >= 0: it is at most that sum of their b. The least such sum is found by the simplex
+// method on three rows, one for each coordinate: three normals are the basis at a time, at first unit vectors that no plane has.
+typedef struct Basis {
+    int plane[3];         // of the planes; NO_PLANE: a unit vector
+    double weight[3];     // >= 0
+    double inverse[3][3]; // a vector's coordinates in the basis
+} Basis;
+
+enum { NO_PLANE = -1, STEPS_MAX = 300, STEPS_GREEDY = 60 };
+
+static Basis unit_basis(const double e[3])
 {
-    const double *n[3] = {p->n, q->n, r->n};
-    double b[3] = {p->b, q->b, r->b}, inverse[3][3], det = 0;
+    Basis basis = {.plane = {NO_PLANE, NO_PLANE, NO_PLANE}};
+    for (int k = 0; k < 3; k++) {
+        basis.weight[k] = fabs(e[k]);
+        basis.inverse[k][k] = e[k] < 0 ? -1 : 1;
+    }
+    return basis;
+}
+
+// What a plane costs: in the first phase only unit vectors do.
+static double plane_cost(const Meeting *m, int plane, bool first)
+{
+    if (plane == NO_PLANE) return first ? 1 : 0;
+    return first ? 0 : m->planes[plane].b;
+}
+
+// The plane that lowers the cost most for its weight; after many steps the first that lowers it, so that none comes again and again.
+static int entering_plane(const Meeting *m, const Basis *basis, bool first, bool greedy)
+{
+    double price[3] = {0}, best = 0, size = 0;
+    int entering = NO_PLANE;
     for (int i = 0; i < 3; i++) {
-        const double *u = n[(i + 1) % 3], *v = n[(i + 2) % 3];
-        for (int k = 0; k < 3; k++) inverse[k][i] = u[(k + 1) % 3] * v[(k + 2) % 3] - u[(k + 2) % 3] * v[(k + 1) % 3];
+        double cost = plane_cost(m, basis->plane[i], first);
+        size = fmax(size, fabs(cost));
+        for (int k = 0; k < 3; k++) price[k] += cost * basis->inverse[i][k];
     }
-    for (int k = 0; k < 3; k++) det += n[0][k] * inverse[k][0];
-    if (fabs(det) < 1e-6) return;
-    for (int axis = 0; axis < 3; axis++) {
-        double weight[3], bound = 0, size = 0;
-        int positive = 0, negative = 0;
-        for (int i = 0; i < 3; i++) {
-            weight[i] = inverse[axis][i] / det;
-            if (fabs(weight[i]) < straight) weight[i] = 0;
-            positive += weight[i] >= 0;
-            negative += weight[i] <= 0;
-            bound += weight[i] * b[i];
-            size += fabs(weight[i] * b[i]);
-        }
-        if (positive == 3) set_side(box, axis, 1, bound, size);
-        if (negative == 3) set_side(box, axis, -1, -bound, size);
+    for (uint32_t k = 0; k < m->plane_count; k++) {
+        double cost = plane_cost(m, (int)k, first), change = cost - dot(price, m->planes[k].n);
+        if (!(change < -1e-11 * (fabs(cost) + size)) || change >= best) continue;
+        entering = (int)k;
+        best = change;
+        if (!greedy) break;
     }
+    return entering;
+}
+
+// Puts a plane into the basis for what its weight drives to 0. Unit vectors that have no weight any more leave first. False
+// where nothing hinders the weight from growing: then nothing is within all planes.
+static bool exchange(const Meeting *m, Basis *basis, int entering, bool first)
+{
+    double part[3], least = INFINITY;
+    int leaving = NO_PLANE;
+    for (int i = 0; i < 3; i++) {
+        part[i] = dot(basis->inverse[i], m->planes[entering].n);
+        bool spent = !first && basis->plane[i] == NO_PLANE && fabs(part[i]) > 1e-9;
+        double ratio = spent ? 0 : part[i] > 1e-9 ? basis->weight[i] / part[i] : INFINITY;
+        if (ratio >= least) continue;
+        least = ratio;
+        leaving = i;
+    }
+    if (leaving == NO_PLANE) return false;
+    basis->plane[leaving] = entering;
+    basis->weight[leaving] /= part[leaving];
+    for (int k = 0; k < 3; k++) basis->inverse[leaving][k] /= part[leaving];
+    for (int i = 0; i < 3; i++) {
+        if (i == leaving) continue;
+        basis->weight[i] = fmax(basis->weight[i] - part[i] * basis->weight[leaving], 0);
+        for (int k = 0; k < 3; k++) basis->inverse[i][k] -= part[i] * basis->inverse[leaving][k];
+    }
+    return true;
+}
+
+static void minimize(const Meeting *m, Basis *basis, bool first)
+{
+    for (int step = 0; step < STEPS_MAX; step++) {
+        int entering = entering_plane(m, basis, first, step < STEPS_GREEDY);
+        if (entering == NO_PLANE || !exchange(m, basis, entering, first)) return;
+    }
+}
+
+// The largest e · X within all planes; infinite where they leave it open. `size` is how large the numbers were.
+static double planes_support(const Meeting *m, const double e[3], double *size)
+{
+    Basis basis = unit_basis(e);
+    double sum = 0, rest[3] = {e[0], e[1], e[2]};
+    minimize(m, &basis, true);
+    minimize(m, &basis, false);
+    *size = 0;
+    for (int i = 0; i < 3; i++) {
+        if (basis.plane[i] == NO_PLANE) continue;
+        const Plane *plane = &m->planes[basis.plane[i]];
+        sum += basis.weight[i] * plane->b;
+        *size += fabs(basis.weight[i] * plane->b);
+        for (int k = 0; k < 3; k++) rest[k] -= basis.weight[i] * plane->n[k];
+    }
+    // The weights are proof, however they were found, if they sum to e.
+    return fmax(fmax(fabs(rest[0]), fabs(rest[1])), fabs(rest[2])) <= straight ? sum : INFINITY;
 }
 
 static void cut_by_planes(Bounds *box, const Meeting *m)
 {
-    for (uint32_t i = 0; i < m->plane_count; i++) {
-        for (uint32_t j = i + 1; j < m->plane_count; j++) {
-            for (uint32_t k = j + 1; k < m->plane_count; k++)
-                cut_by_three(box, &m->planes[i], &m->planes[j], &m->planes[k]);
+    for (int axis = 0; axis < 3; axis++) {
+        for (int sign = -1; sign <= 1; sign += 2) {
+            double e[3] = {0}, size;
+            e[axis] = sign;
+            double support = planes_support(m, e, &size);
+            if (support < INFINITY) set_side(box, axis, sign, support, size);
         }
     }
 }

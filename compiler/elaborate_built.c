@@ -252,6 +252,23 @@ static bool zero_const(const Value *a)
     return true;
 }
 
+// Stops a frame in which a vector is that of `from`, or with NULL 0. What is so in every frame is reported where it is
+// written.
+static void test_length(Eval *e, const Node *at, const Value *to, const Value *from, const char *what)
+{
+    bool varies = false;
+    Scalar square = scalar_of(0);
+    for (int k = 0; k < 3; k++) {
+        Scalar part = to->vector[k];
+        if (from) part = scalar_op2(e, OP_SUB, at, part, from->vector[k]);
+        varies |= part.id != 0;
+        square = scalar_op2(e, OP_ADD, at, square, scalar_op2(e, OP_MUL, at, part, part));
+    }
+    if (!varies) return;
+    Scalar holds = scalar_op2(e, OP_LT, at, scalar_of(0), square);
+    add_assert(e, at, holds, arena_printf(&e->unit->arena, "out-of-range: %s", what));
+}
+
 // From where the scene is seen if no eye is given: from the front, a little from above and the right.
 static const double automatic_direction[3] = {0.5, 0.4, 1};
 
@@ -267,6 +284,11 @@ static Value eval_camera(Eval *e, const Node *node, const Call *call, const Valu
         complain(e, bound_node(call, CAMERA_UP, node), DIAG_OUT_OF_RANGE, "up is a direction: write (0, 1, 0)");
         return value_bad();
     }
+    if (!automatic) {
+        test_length(e, bound_node(call, CAMERA_EYE, node), &args[CAMERA_EYE], &args[CAMERA_LOOK_AT],
+                    "the camera looks at where it stands: move eye or look_at");
+    }
+    test_length(e, bound_node(call, CAMERA_UP, node), &args[CAMERA_UP], NULL, "up is a direction: it is longer than 0");
     test_bounds(e, bound_node(call, CAMERA_FOV, node), args[CAMERA_FOV].scalar, 0, true, M_PI,
                 "fov is between 0deg and 180deg");
     test_bounds(e, bound_node(call, CAMERA_HEIGHT, node), args[CAMERA_HEIGHT].scalar, 0, true, INFINITY,
@@ -310,6 +332,10 @@ static Value eval_light(Eval *e, const Node *node, const Call *call, const Value
     if (direction && zero_const(&args[LIGHT_DIRECTION])) {
         complain(e, bound_node(call, LIGHT_DIRECTION, node), DIAG_OUT_OF_RANGE, "a direction is longer than 0");
         return value_bad();
+    }
+    if (direction) {
+        test_length(e, bound_node(call, LIGHT_DIRECTION, node), &args[LIGHT_DIRECTION], NULL,
+                    "a direction is longer than 0");
     }
     test_bounds(e, bound_node(call, LIGHT_INTENSITY, node), args[LIGHT_INTENSITY].scalar, 0, false, INFINITY,
                 "an intensity is at least 0");

@@ -11,8 +11,11 @@
 
 enum {
     LOWER_INLINE_LEAVES = 24, // leaves of a shape; a larger tree has groups
-    LOWER_SHAPES = 64,     // shapes for which code is made as they are; where there are more, the rarest become groups
-    LOWER_LEVELS_MAX = 64, // how deep groups nest
+    LOWER_SHAPES = 64, // shapes for which code is made as they are; where there are more, the rarest become groups
+    // How deep groups nest. Code of a level calls that of the level below, for OpenCL has no recursion, so each level is
+    // code to be compiled and takes room on the stack of every ray; what is nested deeper is nearly always one union or
+    // subtraction, written in turns.
+    LOWER_LEVELS_MAX = 64,
     LOWER_LEAVES_MAX = 10000000, // of a scene
 };
 

@@ -56,6 +56,25 @@ run 0 "$scn" build --source later.scn -o later.scnk
 run 1 "$scn" run --error-format json -s 8x8 -t 2s later.scnk -o later.png
 json '.diagnostics[0].code == "assert-failed" and .diagnostics[0].at.line == 2' err
 
+# Directions that a handle or the time takes away have a place and a frame too.
+printf 'param w: scalar = 1;\ncamera {\n    eye: (w, w, 0);\n    look_at: (0, 0, 0);\n    up: (0, 1 - time / 1s, 0);\n}\nlight {\n    direction: (0, w - 2, 0);\n}\nsphere(0.1);\n' >still.scn
+run 0 "$scn" render -q -s 8x8 still.scn -o still.png
+run 1 "$scn" render -s 8x8 -D w=0 still.scn -o still.png
+says err 'still.scn:3:10: error: the camera looks at where it stands: move eye or look_at (at 0s, frame 0) [out-of-range]'
+run 1 "$scn" render -s 8x8 -t 1s still.scn -o still.png
+says err 'still.scn:5:9: error: up is a direction: it is longer than 0 (at 1s, frame 24) [out-of-range]'
+run 1 "$scn" render -s 8x8 -D w=2 still.scn -o still.png
+says err 'still.scn:8:16: error: a direction is longer than 0 (at 0s, frame 0) [out-of-range]'
+
+# Unions of intersections of unions, a thousand deep.
+{
+    echo 'let a0 = sphere(1);'
+    seq 1 1000 | while read -r k; do echo "let a$k = (a$((k - 1)) - sphere(0.1).move($k, 0, 0)) | sphere(0.2).move($k, 0, 0);"; done
+    echo 'a1000;'
+} >deep.scn
+run 1 "$scn" check deep.scn
+says err 'error: unions and intersections of many parts are nested more than 64 deep: join what can be one union [too-deep]'
+
 # What a scene prints goes to standard error, unless nobody wants it.
 run 0 "$scn" check fine.scn
 says err seen

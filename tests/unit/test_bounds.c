@@ -111,6 +111,39 @@ static void of_half_spaces(void **state)
     assert_box(scene_bounds(ir, ir_node(ir, OP_INTERSECT, test_span, o, 4)), 0, 1, 0, 1, 0, 1);
 }
 
+// A prism of eighteen sides that leans, between slanting ends: twenty planes, none of them across an axis.
+static void of_leaning_prisms(void **state)
+{
+    (void)state;
+    Ir *ir = ir_new(&arena);
+    double x = 0, y = 0, z = 0, axis[3] = {0.3, 0.4, sqrt(1 - 0.25)};
+    IrId sides[10];
+    for (int k = 0; k < 10; k++) {
+        double angle = k * M_PI / 9, u[3] = {axis[2], 0, -axis[0]}, v[3], n[3], half = k < 9 ? 0.5 : 1;
+        double across = sqrt(axis[0] * axis[0] + axis[2] * axis[2]);
+        for (int i = 0; i < 3; i++) u[i] /= across;
+        for (int i = 0; i < 3; i++) v[i] = axis[(i + 1) % 3] * u[(i + 2) % 3] - axis[(i + 2) % 3] * u[(i + 1) % 3];
+        for (int i = 0; i < 3; i++) n[i] = k < 9 ? cos(angle) * u[i] + sin(angle) * v[i] : axis[i];
+        double q[10] = {
+            -n[0] * n[0], -n[1] * n[1], -n[2] * n[2], -2 * n[0] * n[1], -2 * n[0] * n[2], -2 * n[1] * n[2], 0, 0, 0,
+            half * half};
+        sides[k] = ir_quadric(ir, q);
+    }
+    Bounds b = scene_bounds(ir, ir_node(ir, OP_INTERSECT, (Span){0}, sides, 10));
+    // A corner is half / cos(10 degrees) from the axis, on one of eighteen rays; the box is around those of both ends.
+    for (int end = -1; end <= 1; end += 2) {
+        for (int k = 0; k < 18; k++) {
+            double angle = (k + 0.5) * M_PI / 9, r = 0.5 / cos(M_PI / 18),
+                   across = sqrt(axis[0] * axis[0] + axis[2] * axis[2]);
+            double u[3] = {axis[2] / across, 0, -axis[0] / across}, v[3], p[3];
+            for (int i = 0; i < 3; i++) v[i] = axis[(i + 1) % 3] * u[(i + 2) % 3] - axis[(i + 2) % 3] * u[(i + 1) % 3];
+            for (int i = 0; i < 3; i++) p[i] = end * axis[i] + r * (cos(angle) * u[i] + sin(angle) * v[i]);
+            x = fmax(x, p[0]), y = fmax(y, p[1]), z = fmax(z, p[2]);
+        }
+    }
+    assert_box(b, -x, x, -y, y, -z, z);
+}
+
 static void of_what_has_caps(void **state)
 {
     Ir *ir = ir_new(&arena);
@@ -217,6 +250,7 @@ int main(void)
         cmocka_unit_test_teardown(of_one_quadric, release),
         cmocka_unit_test_teardown(of_a_box, release),
         cmocka_unit_test_teardown(of_half_spaces, release),
+        cmocka_unit_test_teardown(of_leaning_prisms, release),
         cmocka_unit_test_teardown(of_what_has_caps, release),
         cmocka_unit_test_teardown(of_sets_and_free_forms, release),
         cmocka_unit_test_teardown(of_nothing_and_everything, release),
