@@ -58,7 +58,8 @@ void check_value(Checker *c, Node *node, Type have, Values *values)
         if (values->count == 1) {
             values->joined = have;
         } else if (!type_join(values->joined, have, &values->joined)) {
-            diag(c->unit, node->span, DIAG_TYPE_MISMATCH,
+            bool unit = type_is_number(values->joined) && type_is_number(have);
+            diag(c->unit, node->span, unit ? DIAG_UNIT_MISMATCH : DIAG_TYPE_MISMATCH,
                  "the values of %s are alike: this is %s among others that are %s", values->what,
                  type_phrase(&c->unit->arena, have), type_text(&c->unit->arena, values->joined));
             values->joined = poison();

@@ -226,7 +226,8 @@ static Type check_list(Checker *c, Node *node)
         if (values.count++ == 0) {
             values.joined = have;
         } else if (!type_join(values.joined, have, &values.joined)) {
-            diag(c->unit, item->span, DIAG_TYPE_MISMATCH,
+            bool unit = type_is_number(values.joined) && type_is_number(have);
+            diag(c->unit, item->span, unit ? DIAG_UNIT_MISMATCH : DIAG_TYPE_MISMATCH,
                  "the elements of a list are alike: this is %s among others that are %s",
                  type_phrase(&c->unit->arena, have), type_text(&c->unit->arena, values.joined));
             values.joined = poison();

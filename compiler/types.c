@@ -55,8 +55,8 @@ bool type_converts(Type have, Type want)
 {
     if (type_bad(have) || type_bad(want) || type_is(want, TYPE_ANY)) return true;
     if (have.kind == TYPE_ANY && have.list) return want.list >= have.list;
+    if (want.kind == TYPE_ANY) return have.list >= want.list;
     if (have.list != want.list) return false;
-    if (want.kind == TYPE_ANY) return true;
     if (have.kind == want.kind) return type_same_dimension(have, want);
     switch (want.kind) {
     case TYPE_NUMBER: return have.kind == TYPE_INT && type_same_dimension(have, want);

@@ -270,8 +270,8 @@ static FLOAT field_next(const Ray *ray, uint id, FLOAT t, FLOAT bound, float sig
     m.exists = exists;
     m.known = known;
     m.doubts = m.live & !m.live;
-    if (sign < 0.0f) { // there is nothing outside of the depths that it has
-        INT out = m.live & (before | behind);
+    if (sign < 0.0f) { // there is nothing outside of the depths that it has; where these begin with the eye, nothing is before them
+        INT out = first * ray->kappa <= -0.999998f ? m.live & behind : m.live & (before | behind);
         found = out ? t : found;
         m.live = m.live & !out;
     }

@@ -84,7 +84,8 @@ INLINE FLOAT first_surface(const Ray *ray, FLOAT start, FLOAT bound, UINT *leaf,
     if (ANY(inside)) {
         *some_inside = 1;
         UINT left;
-        FLOAT out = scene_leave(ray, start, inside ? bound : (FLOAT)(-INFINITY), &left);
+        FLOAT out = scene_leave(ray, start, inside ? bound : (FLOAT)(-INFINITY), &left), never = INFINITY;
+        out = left == NO_LEAF ? never : out;
         w = inside ? out : w;
         *leaf = inside ? left : *leaf;
     }

@@ -73,5 +73,5 @@ for folder in $(for text in "$@"; do dirname "$text"; done | sort -u); do
         size=$((size + $(wc -c <"$picture")))
     done
 done
-[ "$size" -le 300000 ] || { echo "the pictures of the texts take $size bytes: render fewer"; status=1; }
+[ "$size" -le 500000 ] || { echo "the pictures of the texts take $size bytes: render fewer"; status=1; }
 exit "$status"
