@@ -28,8 +28,9 @@ typedef struct Calling {
     uint32_t count, positional;
     const Callable *callee, *first; // the one that is meant, of those under this name
     Call *call;
-    Type common; // of the arguments whose types decide the result
-    bool bad;    // something was reported
+    Type common;            // of the arguments whose types decide the result
+    bool bad;               // something was reported
+    bool number_for_vector; // and this among it
 } Calling;
 
 // --- which parameter
@@ -292,7 +293,11 @@ static void check_argument(Calling *k, int at, Node *node, Type have)
         return;
     }
     if (!parameter_takes(p, have)) {
+        bool number = type_is_number(have) && type_is_vector(p->type);
+        bool again = number && k->number_for_vector; // as in capsule(0, 0, 0)
+        k->number_for_vector |= number;
         k->bad = true;
+        if (again) return;
         if (report_numbers_in_brackets(k, at, node, have) || report_several(k, at, node, have)) return;
         Type want = p->type;
         if (want.list && !have.list) want = type_element(want);
@@ -447,18 +452,31 @@ static void bind_loose(Calling *k, int at, uint32_t position, uint32_t count)
     k->call->bound[at] = (Bound){.how = BOUND_LOOSE, .count = count, .items = items};
 }
 
+// More arguments than parameters are one mistake, whatever their types: membership(0, 0, 0, a).
+static bool report_too_many(Calling *k)
+{
+    bool numbers = false; // for a vector
+    for (uint32_t i = 0; i < k->positional; i++) {
+        int at = parameter_at(k, k->callee, i);
+        if (at >= 0) {
+            numbers |= type_is_number(k->arguments[i].type) && type_is_vector(k->callee->parameters[at].type);
+            continue;
+        }
+        uint32_t count = k->callee->count;
+        diag(k->c->unit, k->arguments[i].span, DIAG_TOO_MANY_ARGUMENTS, "%s takes %u argument%s%s%s", k->callee->name,
+             count, count == 1 ? "" : "s", k->receiver ? ", that before the dot included" : "",
+             numbers ? ": a vector has parentheses of its own, (0, 0, 1)" : "");
+        return k->bad = true;
+    }
+    return false;
+}
+
 static void bind_positional(Calling *k)
 {
+    if (report_too_many(k)) return;
     for (uint32_t i = 0; i < k->positional; i++) {
         const Argument *a = &k->arguments[i];
         int at = parameter_at(k, k->callee, i);
-        if (at < 0) {
-            k->bad = true;
-            uint32_t count = k->callee->count;
-            diag(k->c->unit, a->span, DIAG_TOO_MANY_ARGUMENTS, "%s takes %u argument%s%s", k->callee->name, count,
-                 count == 1 ? "" : "s", k->receiver ? ", that before the dot included" : "");
-            return;
-        }
         if (k->callee->parameters[at].type.list) {
             uint32_t count = k->positional - i - kept_behind(k, k->callee, (uint32_t)at);
             bind_loose(k, at, i, count);
@@ -715,9 +733,10 @@ static void collect(Calling *k)
         if (named) {
             k->arguments[k->count++] = (Argument){a->a, a->name, a->name_span, type, a->flag};
         } else if (k->positional < k->count) {
+            if (!k->bad) // once: what follows stands behind the same name
+                diag(k->c->unit, a->span, DIAG_POSITIONAL_AFTER_NAMED,
+                     "arguments without a name come first: name this one, or move it forward");
             k->bad = true;
-            diag(k->c->unit, a->span, DIAG_POSITIONAL_AFTER_NAMED,
-                 "arguments without a name come first: name this one, or move it forward");
         } else {
             k->arguments[k->count++] = (Argument){.node = a, .span = a->span, .type = type};
             k->positional++;
@@ -742,6 +761,13 @@ static void check_block_of_wrong_call(Checker *c, Node *block)
     names_close(c, mark);
 }
 
+// brushes.dent() where there is no brushes: what it is a word of was reported.
+static bool follows_unknown(Checker *c, const Node *node)
+{
+    const Symbol *symbol = node->a->kind == NODE_NAME ? node->a->note : NULL;
+    return symbol && symbol->kind == SYMBOL_ERROR && !names_find(c, node->name);
+}
+
 // cylinder(1).height(2): what is no word, but an argument of the call before the dot.
 static bool report_argument_behind(Checker *c, const Node *node)
 {
@@ -761,7 +787,7 @@ Type check_call(Checker *c, Node *node, const Type *receiver, Symbol *symbol)
 {
     Argument few[FEW];
     Calling k = {.c = c, .node = node, .receiver = receiver, .arguments = few, .common = type_of(TYPE_ANY)};
-    bool argument = !symbol && receiver && report_argument_behind(c, node);
+    bool argument = !symbol && receiver && (follows_unknown(c, node) || report_argument_behind(c, node));
     if (!symbol && !argument) symbol = names_use(c, node->name, node->name_span, true);
     collect(&k);
     if (argument) {

@@ -197,8 +197,9 @@ static Type check_vector(Checker *c, const Node *node)
         if (type_bad(have)) {
             bad = true;
         } else if (!type_is_number(have)) {
-            diag(c->unit, part->span, DIAG_TYPE_MISMATCH, "a vector is made of numbers, and this is %s",
-                 type_phrase(&c->unit->arena, have));
+            if (!bad)
+                diag(c->unit, part->span, DIAG_TYPE_MISMATCH, "a vector is made of numbers, and this is %s",
+                     type_phrase(&c->unit->arena, have));
             bad = true;
         } else if (count == 0 || (type.zero && !have.zero)) {
             type = have;

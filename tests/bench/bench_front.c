@@ -117,7 +117,7 @@ static void write_comments(FILE *out, int count)
 static void write_bytes(FILE *out, int count)
 {
     uint64_t random = 2;
-    for (int k = 0; k < count; k++) fputc((int)(next(&random) & 0xFF), out);
+    for (int k = 0; k < count; k++) fputc((int)(0x20 + next(&random) % 0xE0), out); // controls would be no text
 }
 
 static void write_marks(FILE *out, int count)

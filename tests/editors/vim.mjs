@@ -1,4 +1,4 @@
-// The Vim files in Vim, without a screen.
+// The Vim files in Vim and in Neovim, without a screen.
 //
 //     node vim.mjs VIM EDITORS SCN SCENES STDLIB
 //
@@ -21,7 +21,7 @@ function run(script, files) {
     fs.rmSync(environment.OUT, {force: true});
     const done = spawnSync(vim, ['-es', '-u', 'NONE', '-i', 'NONE', '-n', '--cmd', `set rtp+=${path.join(editors, 'vim')}`, '-S', script, ...files],
         {env: environment, encoding: 'utf8', timeout: 60000, stdio: ['ignore', 'pipe', 'pipe']});
-    expect(!done.error && fs.existsSync(environment.OUT), `${vim} (Debian package vim): ${done.error ?? done.stdout + done.stderr}`);
+    expect(!done.error && fs.existsSync(environment.OUT), `${vim} (Debian package ${vim === 'nvim' ? 'neovim' : 'vim'}): ${done.error ?? done.stdout + done.stderr}`);
     if (done.error || !fs.existsSync(environment.OUT)) finish('vim');
     return fs.readFileSync(environment.OUT, 'utf8').split('\n').filter(line => line);
 }
