@@ -58,6 +58,7 @@ struct Renderer {
     Buffer buffers[BUFFER_COUNT]; // in the order of the kernel's arguments
     // What the device holds of the frame before.
     double *values;
+    Box bounds; // of its scene; they hold while `folded` is not 0
     Projection *views;
     int view_count, view_capacity, folded; // folded: views whose records and boxes are those of `values`
     Projection *wanted;
@@ -270,7 +271,6 @@ static bool fold_views(Renderer *r, const double *values, int count, Failure *fa
         return false;
     }
     if (old_records != r->buffers[BUFFER_RECORDS].mem || old_boxes != r->buffers[BUFFER_BOXES].mem) r->folded = 0;
-    if (!view_same_geometry(layout, values, r->values)) r->folded = 0;
     for (int k = 0; k < count; k++) {
         if (k < r->folded && !memcmp(&r->views[k], &r->wanted[k], sizeof *r->views)) continue;
         if (records) {
@@ -360,16 +360,16 @@ static bool upload(Renderer *r, const RenderJob *job, uint32_t tiles_across, Ren
     const Plan *plan = r->plan;
     const double *values = job->values;
     double begin = now_ms();
-    Box bounds;
     Screen screen;
     view_frame(&r->layout, values);
     bool changed = r->tapes != r->layout.fields.version;
-    if (changed) r->folded = 0;
+    if (changed || !view_same_geometry(&r->layout, values, r->values)) r->folded = 0;
     r->tapes = 0; // until they are on the device
     r->layout.cells = job->cells;
-    view_bounds(&r->layout, values, &bounds);
-    view_primary(&r->layout, values, &bounds, film->width, film->height, &r->wanted[0], &screen);
-    int views = make_lights(r, values, &bounds);
+    // As long as folding a view: half a millisecond of a frame of 4096 perturbations, two of 10,000 objects.
+    if (!r->folded) view_bounds(&r->layout, values, &r->bounds);
+    view_primary(&r->layout, values, &r->bounds, film->width, film->height, &r->wanted[0], &screen);
+    int views = make_lights(r, values, &r->bounds);
     make_view_constants(r, views);
     if (!fold_views(r, values, views, failure)) return false;
     memcpy(r->values, values, plan->slot_count * sizeof *values);
