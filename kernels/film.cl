@@ -168,7 +168,7 @@ PASS void shade_tile(const Buffers *b, const Tile *tile, const Film *film, uint 
             UINT leaves = tile->leaf[k];
             INT todo = hit;
             while (ANY(todo)) {
-                uint rank = next_value(leaves, todo);
+                uint rank = next_rank(leaves, todo, frame->leaf_count);
                 INT mine = todo & (leaves == rank);
                 todo = todo & !mine;
                 uint leaf = b->nodes[rank].leaf;

@@ -370,12 +370,16 @@ static NOINLINE int freeform_fast(const Ray *ray, uint id, uint begin, uint stop
     // What the perturbations add on a ray is at most the sum of what each adds where it is highest: nothing is in front of or behind the base made larger by
     // that. Most of what lies between supports' ends is left out so (of S5 at 1024², a third of all pieces and 12 % of the frame; S3 6 %). W is least at the
     // far end, and a thousandth more than the sum covers what floats lose.
-    if (count > 1 && !all_flags) { // for one alone it does not pay
-        FLOAT p = most(1.0f - ray->kappa * least(limit, far), 1e-6f), p2 = p * p;
-        FLOAT h2 = base_h2 - 1.001f * peaks * rough_reciprocal(base->lead * (p2 * p2));
-        FLOAT h = root(least(most(h2, 0.0f), 1e30f));
-        t = most(t, base_tm - h);
-        limit = h2 > 0.0f ? least(limit, base_tm + h) : (FLOAT)(-INFINITY);
+    if (count && !all_flags) {
+        FLOAT p = most(1.0f - ray->kappa * least(limit, far), 1e-6f), p2 = p * p, highest = base->lead * (p2 * p2) * base_h2;
+        INT reached = 1.001f * peaks > highest;
+        limit = reached ? limit : (FLOAT)(-INFINITY);
+        if (count > 1 && ANY(reached)) { // for one alone this does not pay
+            FLOAT h2 = base_h2 - 1.001f * peaks * rough_reciprocal(base->lead * (p2 * p2));
+            FLOAT h = root(least(most(h2, 0.0f), 1e30f));
+            t = most(t, base_tm - h);
+            limit = least(limit, base_tm + h);
+        }
     }
     FLOAT found = INFINITY;
     if (!is_signed) found = entry < least(t, bound) ? entry : found;

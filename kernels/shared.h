@@ -148,6 +148,7 @@ typedef struct LightConstants {
 typedef struct MaterialConstants {
     float color[3];
     float ambient, diffuse, specular, shininess, emission;
+    float dull; // a cosine up to this one gives no highlight that a float could show
 } MaterialConstants;
 
 typedef struct FrameConstants {
@@ -157,6 +158,7 @@ typedef struct FrameConstants {
     float u0, v0;       // U, V of the left upper corner of the picture
     float du, dv;       // a pixel's step
     unsigned item_count, item_stride, light_count;
+    unsigned leaf_count;    // that rays can hit
     unsigned list_capacity; // items in the list of a tile
     unsigned slot_size;     // of a tile's lists, in unsigneds
     unsigned field_offset;  // in the slot: memory for general fields

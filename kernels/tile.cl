@@ -191,7 +191,7 @@ PASS int primary_hits(const Buffers *b, Tile *tile, uint stages)
             INT hit = w < view->limit;
             leaf = hit ? leaf : (UINT)(NO_LEAF);
             if (ANY(hit)) {
-                Vector n = surface_normal(&ray, leaf, hit, w);
+                Vector n = surface_normal(&ray, frame->leaf_count, leaf, hit, w);
                 tile->depth[k] = w / (1.0f - view->kappa * w);
                 tile->x[k] = n.x;
                 tile->y[k] = n.y;

@@ -16,8 +16,8 @@ _Static_assert(sizeof(QuadricRecord) == 64, "as on the device");
 _Static_assert(sizeof(PlanNode) == 32, "as on the device");
 _Static_assert(sizeof(ViewConstants) == 19 * 4, "as on the device");
 _Static_assert(sizeof(LightConstants) == 16 * 4, "as on the device");
-_Static_assert(sizeof(MaterialConstants) == 8 * 4, "as on the device");
-_Static_assert(sizeof(FrameConstants) == 38 * 4, "as on the device");
+_Static_assert(sizeof(MaterialConstants) == 9 * 4, "as on the device");
+_Static_assert(sizeof(FrameConstants) == 39 * 4, "as on the device");
 
 #define BAND_MS       25.0
 #define FIRST_BAND    128         // tiles, before anything is known
@@ -290,12 +290,23 @@ static bool fold_views(Renderer *r, const double *values, int count, Failure *fa
     return true;
 }
 
+// A highlight is (r v)^shininess: cosines up to this one make less than 2^-40 of it.
+static double dull_cosine(double shininess)
+{
+    return shininess >= 1 ? exp2(-40 / shininess) : -1;
+}
+
 static void make_materials(Renderer *r, const double *values)
 {
     for (uint32_t k = 0; k < r->plan->material_count; k++) {
         const double *v = values + r->plan->materials[k].values;
-        r->material_constants[k] = (MaterialConstants){
-            {(float)v[0], (float)v[1], (float)v[2]}, (float)v[3], (float)v[4], (float)v[5], (float)v[6], (float)v[10]};
+        r->material_constants[k] = (MaterialConstants){.color = {(float)v[0], (float)v[1], (float)v[2]},
+                                                       .ambient = (float)v[3],
+                                                       .diffuse = (float)v[4],
+                                                       .specular = (float)v[5],
+                                                       .shininess = (float)v[6],
+                                                       .emission = (float)v[10],
+                                                       .dull = (float)dull_cosine(v[6])};
     }
 }
 
@@ -389,6 +400,7 @@ static bool upload(Renderer *r, const RenderJob *job, uint32_t tiles_across, Ren
                                 .item_count = r->layout.item_count,
                                 .item_stride = r->layout.item_stride,
                                 .light_count = plan->light_count,
+                                .leaf_count = r->layout.leaf_count,
                                 .bias = (float)SHADOW_BIAS,
                                 .orthographic = plan->orthographic,
                                 .unit = (float)primary->unit};

@@ -122,8 +122,11 @@ static bool rank_leaves(Layout *layout)
 {
     Ranked *ranked = calloc(layout->record_count + 1, sizeof *ranked);
     if (!ranked) return false;
-    for (uint32_t k = 0; k < layout->record_count; k++)
-        ranked[k] = (Ranked){layout->nodes[k].end ? layout->nodes[k].rank : UINT32_MAX, k};
+    for (uint32_t k = 0; k < layout->record_count; k++) {
+        bool leaf = layout->nodes[k].end != 0;
+        layout->leaf_count += leaf;
+        ranked[k] = (Ranked){leaf ? layout->nodes[k].rank : UINT32_MAX, k};
+    }
     qsort(ranked, layout->record_count, sizeof *ranked, by_order);
     for (uint32_t k = 0; k < layout->record_count; k++) {
         layout->nodes[ranked[k].number].rank = k;

@@ -28,7 +28,8 @@ typedef struct Layout {
     const Plan *plan;
     PlanNode *nodes; // record_count
     uint32_t record_count;
-    uint32_t *items; // numbers of components and perturbations, ascending
+    uint32_t leaf_count; // that rays can hit
+    uint32_t *items;     // numbers of components and perturbations, ascending
     uint32_t item_count, item_stride;
     uint32_t *components, *perturbations; // of the plan, as they are numbered (runtime/spatial.h)
     Box *boxes;                           // of each number, while folding
