@@ -206,12 +206,20 @@ static uint32_t leaf_condition(Section *s, uint32_t index)
 {
     const PlanLeaf *leaf = &s->plan->leaves[index];
     if (leaf->shown != NO_SLOT && s->values[leaf->shown] == 0) return FORMULA_FALSE;
-    if (leaf->kind == LEAF_SHEET) return trouble(s, index, "a patch is a surface without an inside");
-    if (leaf->lift_count)
-        return trouble(s, index, "a patch displaces it, and the heights of a patch are no expression");
-    uint32_t number = leaf->kind == LEAF_FIELD      ? field_number(s, leaf)
-                      : leaf->kind == LEAF_FREEFORM ? freeform_number(s, leaf)
-                                                    : conic_number(s, s->values + leaf->quadric);
+    uint32_t number;
+    switch ((PlanLeafKind)leaf->kind) {
+    case LEAF_QUADRIC: number = conic_number(s, s->values + leaf->quadric); break;
+    case LEAF_FREEFORM:
+        if (leaf->lift_count)
+            return trouble(s, index, "a patch displaces it, and the heights of a patch are no expression");
+        number = freeform_number(s, leaf);
+        break;
+    case LEAF_FIELD: number = field_number(s, leaf); break;
+    case LEAF_SHEET: return trouble(s, index, "a patch is a surface without an inside");
+    case LEAF_THICK:
+        return trouble(s, index, "it is a patch made thick, and the distance from a patch is no expression");
+    default: return trouble(s, index, "it is no expression");
+    }
     return formula_compare(s->f, number, true, 0);
 }
 

@@ -205,7 +205,8 @@ static void refuse_leaf(const Slicing *s, const SectionTrouble *trouble)
 {
     const PlanLeaf *leaf = &s->plan->leaves[trouble->leaf];
     const PlanObject *object = &s->plan->objects[leaf->object];
-    const PlanPatch *patch = leaf->kind == LEAF_SHEET ? &s->plan->patches[leaf->begin] : NULL;
+    const PlanPatch *patch =
+        leaf->kind == LEAF_SHEET || leaf->kind == LEAF_THICK ? &s->plan->patches[leaf->begin] : NULL;
     const char *name = *object->name || !patch ? object->name : patch->name;
     char place[4200];
     scene_place(s->scene, *object->name || !patch ? object->span : patch->span, place, sizeof place);

@@ -69,6 +69,9 @@ printf 'scn 1;\npatch skin { }\nscene { sphere(1); skin; }\n' >patch.scn
 run 1 "$scn" slice patch.scn -o patch.png
 says err 'skin cannot be sliced: a patch is a surface without an inside'
 gone patch.png
+printf 'scn 1;\npatch skin { }\nobject plate = skin.thicken(0.1) - sphere(0.2);\nscene { plate; }\n' >thick.scn
+run 1 "$scn" slice thick.scn
+says err 'the object plate cannot be sliced: it is a patch made thick'
 
 # Mistakes of the command line.
 run 2 "$scn" slice sphere.scn --plane w=1
