@@ -1,5 +1,5 @@
 // Slices by lists: tiles hold the numbers of the groups of a formula (compiler/formula_emit.h, whose functions stand before this text) that are not decided all
-// over them, in the place of programs. Otherwise it is as in slice.cl: 16 parts at a time, parts of 16 x 16 pixels drawn at once, work-items that
+// over them, in the place of programs. Otherwise it is as in slice_tiles.cl: 16 parts at a time, parts of 16 x 16 pixels drawn at once, work-items that
 // take tiles by a counter. With SLICE_GROUPS_ALL everything is the other way round: a group that fails decides a part, and one that holds does not matter.
 
 // Decides the parts of a tile as far as each group alone does; known[k] are the parts where the group does not matter (bits 16-31).
@@ -50,8 +50,8 @@ static void split_list(SLICE_ARGUMENTS, const SliceNode *node, uint left, uint16
     }
 }
 
-static void draw_list(__global const uint *list, const SliceNode *node, __constant SliceFrame *frame, __global const float *across, __global const float *up, uint left,
-                      __global const uint *known, Drawn *drawn)
+static void draw_list(__global const uint *list, const SliceNode *node, __constant SliceFrame *frame, __global const float *across,
+                      __global const float *up, uint left, __global const uint *known, Drawn *drawn)
 {
     for (; left; left &= left - 1u) {
         uint part = LOW_BIT(left);

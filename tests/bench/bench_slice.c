@@ -42,14 +42,15 @@ static int wrong(const char *text)
 // --- the model
 
 // A page of letters, each a ring and a stroke, or two: lengths of 2 / 40 across and 2 / 20 up.
-static const char *write_page(Arena *arena, size_t *length)
+static const char *write_page(Arena *arena, bool short_one, size_t *length)
 {
     enum { ROWS = 20, COLUMNS = 40 };
+    int letters = short_one ? COLUMNS : ROWS * COLUMNS;
     char *text;
     FILE *out = open_memstream(&text, length);
     if (!out) abort();
     fputs("x var-x\ny var-y\nw const 0.006\nr const 0.014\nt0 const 1\n", out);
-    for (int k = 0; k < ROWS * COLUMNS; k++) {
+    for (int k = 0; k < letters; k++) {
         double at = -0.975 + 2.0 / COLUMNS * (k % COLUMNS), down = 0.95 - 2.0 / ROWS * (double)(k / COLUMNS);
         fprintf(out, "x%d const %.17g\ny%d const %.17g\nu%d sub x x%d\nv%d sub y y%d\n", k, at, k, down, k, k, k, k);
         fprintf(out, "a%d square u%d\nb%d square v%d\nc%d add a%d b%d\nd%d sqrt c%d\n", k, k, k, k, k, k, k, k, k);
@@ -64,11 +65,12 @@ static const char *write_page(Arena *arena, size_t *length)
     return kept;
 }
 
-static ScnScene *load_model(Arena *arena, const char *path)
+static ScnScene *load_model(Arena *arena, const Options *o)
 {
+    const char *path = o->model;
     size_t length, size;
     Failure failure = {"cannot be read"};
-    const char *text = path ? source_read(arena, path, &length) : write_page(arena, &length);
+    const char *text = path ? source_read(arena, path, &length) : write_page(arena, o->quick, &length);
     const char *scene = text ? import_vm(arena, text, length, &size, &failure) : NULL;
     if (!path) path = "a page";
     if (!scene) {
@@ -236,7 +238,7 @@ int main(int argc, char **argv)
     if (!read_options(argc, argv, &o))
         return wrong("usage: bench-slice [--quick] [--repeat N] [--no-brute] [MODEL.vm]");
     Arena arena = {0};
-    ScnScene *scene = load_model(&arena, o.model);
+    ScnScene *scene = load_model(&arena, &o);
     Device *device = scene ? device_open(&(DeviceDesc){.choice = "cpu", .threads = 2, .width = 16}, &failure) : NULL;
     if (scene && !device) wrong(failure.text);
     bool ok = device && bench(&o, device, scene, &arena);
