@@ -329,7 +329,7 @@ uint32_t formula_or(Formula *f, uint32_t a, uint32_t b)
 
 // --- pushing
 
-enum { DEPTH_MAX = 20000 }; // below it F is computed: the stack has an end
+enum { DEPTH_MAX = 5000 }; // below it F is computed: the stack has an end
 
 static uint32_t pushed_through_step(Formula *f, const FormulaNumber *n, bool from, float t)
 {

@@ -18,7 +18,7 @@ typedef struct Emitter {
     Arena scratch;
     uint32_t joined;                          // SLICE_OR or SLICE_AND: what joins groups
     uint32_t *number_marks, *condition_marks; // of the group that is being written: its serial number
-    uint32_t serial;
+    uint32_t serial, left;                    // left: steps that may still be marked
     uint32_t *roots, root_count, root_capacity;
     Group *groups;
     uint32_t group_count, group_capacity;
@@ -57,30 +57,40 @@ static bool is_emitted(uint32_t op)
 
 // --- groups
 
-// Marks what a condition is made of, once a serial number, and counts its steps.
+// Mark what a condition is made of, once a serial number, and count its steps, at most e->left of them: more are not looked at.
 static uint32_t mark_number(Emitter *e, uint32_t k)
 {
     const FormulaNumber *n = &e->f->numbers[k];
-    if (e->number_marks[k] == e->serial || n->op == TAPE_NUMBER) return 0;
+    if (e->number_marks[k] == e->serial || n->op == TAPE_NUMBER || !e->left) return 0;
     e->number_marks[k] = e->serial;
     if (n->op == TAPE_OPS) return 0;
     if (!is_emitted(n->op) || n->doubt) e->ok = false;
-    return e->ok ? 1 + mark_number(e, n->a) + (has_second(n->op) ? mark_number(e, n->b) : 0) : 0;
+    if (!e->ok) return 0;
+    e->left--;
+    uint32_t count = 1 + mark_number(e, n->a);
+    return count + (has_second(n->op) ? mark_number(e, n->b) : 0);
 }
 
 static uint32_t mark_condition(Emitter *e, uint32_t k)
 {
     const FormulaCondition *c = &e->f->conditions[k];
-    if (e->condition_marks[k] == e->serial || !e->ok) return 0;
+    if (e->condition_marks[k] == e->serial || !e->ok || !e->left) return 0;
     e->condition_marks[k] = e->serial;
-    if (is_logic(c)) return 1 + mark_condition(e, c->a) + mark_condition(e, c->b);
+    e->left--;
+    if (is_logic(c)) {
+        uint32_t count = 1 + mark_condition(e, c->a);
+        return count + mark_condition(e, c->b);
+    }
     if (e->f->numbers[c->a].doubt) e->ok = false;
-    return 1 + mark_number(e, c->a) + (has_two_numbers(c) ? mark_number(e, c->b) : 0);
+    uint32_t count = 1 + mark_number(e, c->a);
+    return count + (has_two_numbers(c) ? mark_number(e, c->b) : 0);
 }
 
-static uint32_t size_of(Emitter *e, uint32_t condition)
+// The steps of a condition, or most + 1 where there are more.
+static uint32_t size_of(Emitter *e, uint32_t condition, uint32_t most)
 {
     e->serial++;
+    e->left = most + 1;
     return mark_condition(e, condition);
 }
 
@@ -99,7 +109,7 @@ static void find_roots(Emitter *e, uint32_t condition)
     while (count && e->ok) {
         uint32_t k = waiting[--count];
         const FormulaCondition *c = &e->f->conditions[k];
-        if (c->op != e->joined || size_of(e, k) <= FORMULA_GROUP_STEPS) {
+        if (c->op != e->joined || size_of(e, k, FORMULA_GROUP_STEPS) <= FORMULA_GROUP_STEPS) {
             add_root(e, k);
             continue;
         }
@@ -115,7 +125,7 @@ static void find_groups(Emitter *e)
 {
     uint32_t size = 0;
     for (uint32_t k = 0; k < e->root_count && e->ok; k++) {
-        uint32_t mine = size_of(e, e->roots[k]);
+        uint32_t mine = size_of(e, e->roots[k], FORMULA_GROUP_MOST);
         if (mine > FORMULA_GROUP_MOST) e->ok = false;
         if (!e->group_count || size + mine > FORMULA_GROUP_STEPS) {
             e->groups = array_room(&e->scratch, e->groups, e->group_count, &e->group_capacity, sizeof *e->groups);
@@ -291,6 +301,7 @@ static void put_text(Emitter *e)
     put(e, "#define SLICE_GROUPS_ALL %d // 1: a point is inside where all groups hold\n\n", e->joined == SLICE_AND);
     for (uint32_t k = 0; k < e->group_count; k++) {
         e->serial++;
+        e->left = UINT32_MAX;
         for (uint32_t root = e->groups[k].begin; root < e->groups[k].end; root++) mark_condition(e, e->roots[root]);
         put_known(e, &e->groups[k], k);
         put_pixels(e, &e->groups[k], k);

@@ -239,10 +239,10 @@ int command_slice_code(const Options *options, ScnScene *scene)
     int status = evaluate(&s);
     if (status == EXIT_DONE) status = make_formula(&s);
     if (status == EXIT_DONE && !formula_emit(s.formula, s.condition, &s.arena, &code)) {
-        command_error("--slice %s: what it cuts out is %s: leave --slice out, `scn slice` needs no code for it",
-                      options->slice,
-                      s.steps.known ? "nothing, or everything"
-                                    : "more than comparisons of sums, products and roots that are defined everywhere");
+        command_error("--slice %s: there is no code for %s: leave --slice out, `scn slice` needs none", options->slice,
+                      s.steps.known
+                          ? "what is nothing, or everything"
+                          : "what may be undefined, needs functions as sin, or has a part of more than 1000 steps");
         status = EXIT_SCENE;
     }
     Device *device = NULL;

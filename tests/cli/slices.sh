@@ -47,7 +47,7 @@ says err '--slice is code for this machine, which --source leaves out'
 run 2 "$scn" build disc.vm -o code.scnk --slice 0
 says err '--slice wants an axis and where on it'
 run 1 "$scn" build root.scn -o root.scnk --slice z=0
-says err 'what it cuts out is more than comparisons of sums, products and roots that are defined everywhere'
+says err 'there is no code for what may be undefined'
 gone root.scnk
 
 # What is undefined is outside, and nothing is everything.
