@@ -40,6 +40,7 @@ static PlanRun run_new(Patches *p, Values *v, IrId patch, uint32_t first, uint32
         IrId id = ir_operand(p->ir, patch, k);
         run.points |= ir_at(p->ir, id)->rate == RATE_POINT;
         run.varies |= p->moving[id] || p->placed[id];
+        run.placed |= p->placed[id];
         values_need_checked(v, id);
     }
     values_emit(v);
@@ -129,6 +130,8 @@ static void patch_new(Patches *p, PlanPatch *patch, IrId id)
     for (uint32_t k = FIRST_FORCE; k < PATCH_OPERANDS; k++) values_need_checked(&v, ir_operand(ir, equation, k));
     values_emit_frame(&v);
     note_slots(&v, patch, equation, FIRST_MODEL, FIRST_FORCE - FIRST_MODEL);
+    for (uint32_t k = FIRST_MODEL; k < FIRST_FORCE; k++) patch->varies |= p->moving[ir_operand(ir, equation, k)];
+    for (uint32_t k = 1; driven && k < ir_at(ir, id)->count; k++) patch->varies |= p->moving[ir_operand(ir, id, k)];
     if (driven) make_parts(p, &v, patch, id);
     patch->frame_end = v.plan->step_count;
     values_forget_points(&v);

@@ -166,6 +166,7 @@ typedef struct PlanRun {
     uint32_t begin, end;
     bool points; // the numbers differ from node to node
     bool varies; // they change with time, or with where the nodes are
+    bool placed; // with where the nodes are
 } PlanRun;
 
 // A patch of the scene (runtime/patch_scene.h solves it). What its equation needs is computed by a program of its own, which
@@ -180,6 +181,7 @@ typedef struct PlanPatch {
     Slot point;           // x y z u v
     uint32_t frame_end;
     PlanRun edges, force, start;
+    bool varies; // numbers of its equation, or of a part, change with time
     Slot model[PATCH_OPERANDS - 3]; // the operands of OP_PATCH from the step on
     PlanPart *parts;
     uint32_t part_count;

@@ -26,6 +26,7 @@ typedef struct Patches {
     int probe_count;
     double *times;
     int time_count;
+    PatchMethod method;
     Device *device;
     cJSON *json; // an array; NULL: not wanted
 } Patches;
@@ -134,7 +135,7 @@ static void print_shape(Patches *p, PatchSolve *solve, const PatchShape *shape, 
     static const Probe middle = {0.5, 0.5};
     if (!p->options->csv) {
         printf("patch %s at %gs, %llu steps", name, shape->time, (unsigned long long)shape->steps);
-        if (p->options->solver == PATCH_METHOD_ITERATIVE)
+        if (p->method == PATCH_METHOD_ITERATIVE)
             printf(", the last in %d sweeps to a residual of %.2g", shape->sweeps, shape->residual);
         printf("\n  %-22s %16s %16s %16s\n", "", "x", "y", "z");
     }
@@ -171,7 +172,7 @@ static void add_shape(Patches *p, PatchSolve *solve, const PatchShape *shape, co
         cJSON_AddItemToObject(probe, "place", cJSON_CreateDoubleArray(place, 3));
         cJSON_AddItemToArray(probes, probe);
     }
-    if (p->options->solver != PATCH_METHOD_ITERATIVE) return;
+    if (p->method != PATCH_METHOD_ITERATIVE) return;
     cJSON_AddNumberToObject(entry, "sweeps", shape->sweeps);
     cJSON_AddNumberToObject(entry, "residual", shape->residual);
 }
@@ -181,10 +182,7 @@ static void add_shape(Patches *p, PatchSolve *solve, const PatchShape *shape, co
 static int solve_patch(Patches *p, const PlanPatch *patch)
 {
     Failure failure = {""};
-    PatchSolveDesc desc = {.fps = p->plan->fps,
-                           .method = (PatchMethod)p->options->solver,
-                           .device = p->device,
-                           .sweeps = p->options->sweeps};
+    PatchSolveDesc desc = {.fps = p->plan->fps, .method = p->method, .device = p->device, .sweeps = p->options->sweeps};
     PatchSolve *solve = patch_solve_new(patch, &desc, &failure);
     if (!solve) {
         command_error("%s", failure.text);
@@ -214,7 +212,7 @@ static int solve_all(Patches *p)
 {
     int status = EXIT_DONE;
     Failure failure = {""};
-    if (p->options->solver == PATCH_METHOD_DEVICE) {
+    if (p->method == PATCH_METHOD_DEVICE) {
         p->device = device_open(&(DeviceDesc){.choice = p->options->device, .threads = p->options->threads}, &failure);
         if (!p->device) {
             command_error("%s", failure.text);
@@ -242,6 +240,7 @@ int command_patch(const Options *options)
     int status = command_loaded(scene);
     if (status != EXIT_DONE) return status;
     Patches p = {.options = options, .scene = scene, .plan = scene->package->plan};
+    if (options->solver) patch_method_named(options->solver, &p.method);
     status = EXIT_USAGE;
     if (find_patch(&p) && read_probes(&p) && read_times(&p)) status = solve_all(&p);
     free(p.times);

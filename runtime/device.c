@@ -11,6 +11,8 @@
 
 #include "runtime/pocl.h"
 
+#include "runtime/program.h"
+
 #define DEVICE_LIMIT   64 // devices looked at
 #define PLATFORM_LIMIT 16 // platforms looked at
 
@@ -295,6 +297,7 @@ Device *device_open(const DeviceDesc *desc, Failure *failure)
 void device_close(Device *device)
 {
     if (!device) return;
+    program_free(device->patches);
     if (device->queue) clReleaseCommandQueue(device->queue);
     if (device->context) clReleaseContext(device->context);
     free(device);

@@ -44,6 +44,8 @@ typedef struct Device {
     cl_command_queue queue; // in order
     DeviceInfo info;
     int width; // lanes of a packet: 16 on a CPU, where a work-item does a packet; 1 elsewhere, where it does a ray
+    struct Program
+        *patches; // the kernels of patches, which all of them share (runtime/patch_device.h); NULL: not built so far
 } Device;
 
 typedef struct DeviceDesc {

@@ -147,6 +147,7 @@ void command_describe(const Options *options, CommandScene *scene)
         .lanes = options->lanes,
         .check_only = options->command == COMMAND_CHECK,
         .no_cache = options->no_cache,
+        .solver = options->solver,
     };
 }
 

@@ -183,8 +183,11 @@ static bool set_format(Options *options, const char *text)
 
 static bool set_solver(Options *options, const char *text)
 {
-    static const char *const words[] = {"direct", "device", "iterative"};
-    return set_word(options, "solver", text, words, &options->solver);
+    static const char *const words[] = {"device", "direct", "gauss-seidel"};
+    int value = 0;
+    bool ok = set_word(options, "solver", text, words, &value);
+    if (ok) options->solver = words[value];
+    return ok;
 }
 
 static bool set_kernels(Options *options, const char *text)

@@ -59,7 +59,8 @@ typedef struct Options {
     bool depfile;
     const char *times, *patch;
     const char *plane, *window, *slice; // not yet understood
-    int solver, sweeps;                 // of patches: 0 direct, 1 device, 2 iterative (PatchMethod); 0: not given
+    const char *solver;                 // of patches, as ScnSceneDesc has it; NULL: not given
+    int sweeps;                         // 0: not given
     bool csv;
     int depth;    // 0: not given
     int markdown; // --format: 1 html, 2 markdown; 0: not given

@@ -17,7 +17,7 @@ struct PatchCache {
     char key[33];
 };
 
-PatchCache *patch_cache_new(const PlanPatch *patch, const double *inputs)
+PatchCache *patch_cache_new(const PlanPatch *patch, const double *inputs, const char *solver)
 {
     PatchCache *cache = calloc(1, sizeof *cache);
     if (!cache) return NULL;
@@ -26,6 +26,7 @@ PatchCache *patch_cache_new(const PlanPatch *patch, const double *inputs)
     record_f64s(&record, (double *)(uintptr_t)inputs, patch->program->input_count);
     const char *version = SCN_VERSION;
     record_text(&record, &version);
+    record_text(&record, &solver);
     bool ok = !record.bad && program_cache_folder(cache->folder, sizeof cache->folder);
     if (ok) {
         XXH128_canonical_t canonical;

@@ -20,8 +20,8 @@
 
 typedef struct PatchCache PatchCache;
 
-// The program of the patch is hashed with the inputs (the plan's handles).
-PatchCache *patch_cache_new(const PlanPatch *patch, const double *inputs);
+// The program of the patch is hashed with the inputs (the plan's handles), and with what solves it: `solver` is a text that is another where the bits may be.
+PatchCache *patch_cache_new(const PlanPatch *patch, const double *inputs, const char *solver);
 void patch_cache_free(PatchCache *cache); // NULL is nothing
 
 // Where it cannot be written nothing is lost, and nobody is told.

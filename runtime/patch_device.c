@@ -42,7 +42,8 @@ typedef struct Side {
 
 struct PatchDevice {
     Device *device;
-    Program *program;
+    Program *program; // the device's
+    int builds;
     cl_kernel step, show, contact;
     int nodes, count, slots, pin_room;
     size_t group; // work-items of a work-group
@@ -82,8 +83,10 @@ static bool no_memory(Failure *failure)
 
 // ---- making and freeing
 
-static bool build(PatchDevice *patches, Failure *failure)
+static bool build_program(PatchDevice *patches, Failure *failure)
 {
+    patches->program = patches->device->patches;
+    if (patches->program) return true;
     // The structs that both sides share come first.
     size_t head = patch_kernels_patch_shared_h_length, length = head + patch_kernels_patch_cl_length;
     char *source = malloc(length);
@@ -97,6 +100,14 @@ static bool build(PatchDevice *patches, Failure *failure)
         program_build(patches->device, &(ProgramDesc){.source = source, .length = length, .options = options}, failure);
     free(source);
     if (!patches->program) return false;
+    patches->device->patches = patches->program;
+    patches->builds = patches->program->builds;
+    return true;
+}
+
+static bool build(PatchDevice *patches, Failure *failure)
+{
+    if (!build_program(patches, failure)) return false;
     cl_int status;
     patches->step = clCreateKernel(patches->program->cl, "patch_step", &status);
     if (status == CL_SUCCESS) patches->show = clCreateKernel(patches->program->cl, "patch_nodes", &status);
@@ -256,7 +267,6 @@ void patch_device_free(PatchDevice *patches)
     if (patches->step) clReleaseKernel(patches->step);
     if (patches->show) clReleaseKernel(patches->show);
     if (patches->contact) clReleaseKernel(patches->contact);
-    program_free(patches->program);
     for (int k = 0; patches->sides && k < patches->count; k++) {
         patch_edges_free(patches->sides[k].edges);
         patch_edges_free(patches->sides[k].next);
@@ -274,7 +284,7 @@ void patch_device_free(PatchDevice *patches)
 
 int patch_device_builds(const PatchDevice *patches)
 {
-    return patches->program->builds;
+    return patches->builds;
 }
 
 bool patch_device_store(const PatchDevice *patches, Failure *failure)
@@ -744,6 +754,11 @@ bool patch_device_read(PatchDevice *patches, int patch, double *const x[3], doub
     return (!x || read_nodes(patches, patch, SHOW_PLACES, x, failure)) &&
            (!v || read_nodes(patches, patch, SHOW_VELOCITIES, v, failure)) &&
            (!fault || find_fault(patches, patch, fault, failure));
+}
+
+const PatchEdges *patch_device_edges_now(const PatchDevice *patches, int patch)
+{
+    return patches->sides[patch].edges;
 }
 
 double patch_device_time(const PatchDevice *patches, int patch)

@@ -48,7 +48,7 @@ typedef bool PatchDeviceLaw(void *context, PatchDevice *patches, cl_mem nodes, c
 PatchDevice *patch_device_new(Device *device, int nodes, int count, Failure *failure);
 void patch_device_free(PatchDevice *patches); // NULL is nothing
 
-// How many times the OpenCL compiler ran: 1, or 0 where the cache had the binary (runtime/program.h). Storing puts it
+// How many times the OpenCL compiler ran: 1, or 0 where the cache had the binary (runtime/program.h), or other patches of the device have it. Storing puts it
 // there, which long renderings have the time for.
 int patch_device_builds(const PatchDevice *patches);
 bool patch_device_store(const PatchDevice *patches, Failure *failure);
@@ -92,6 +92,9 @@ bool patch_device_read(PatchDevice *patches, int patch, double *const x[3], doub
 
 // Waits, and says how a slot (component of a patch) did in the last launch.
 bool patch_device_result(PatchDevice *patches, int patch, int component, PatchResult *result, Failure *failure);
+
+// The edges of the patch's time, of all steps that it was told to do.
+const PatchEdges *patch_device_edges_now(const PatchDevice *patches, int patch);
 
 // Seconds and steps since the start that a patch was told to do, and when its next step's forces are wanted.
 double patch_device_time(const PatchDevice *patches, int patch);

@@ -25,6 +25,8 @@ struct PatchSolve {
     double *inputs;
     double time, before_time, asked; // of the last step, of the one before; what was asked for last
     uint64_t steps;
+    bool behind;  // `now` is not yet read from the device
+    bool settled; // a step was done with these inputs: the device has the model, edges and forces
     double *memory;
     double *now[3], *before[3], *shown[3]; // over nodes
     PatchEdges *edges_now, *edges_before, *edges_shown;
@@ -49,6 +51,18 @@ static bool trouble(const PatchSolve *solve, FrameError *error, const char *code
     return false;
 }
 
+bool patch_method_named(const char *name, PatchMethod *method)
+{
+    static const char *const names[] = {
+        [PATCH_METHOD_DIRECT] = "direct", [PATCH_METHOD_DEVICE] = "device", [PATCH_METHOD_ITERATIVE] = "gauss-seidel"};
+    for (int k = 0; k < 3; k++) {
+        if (strcmp(name, names[k])) continue;
+        *method = (PatchMethod)k;
+        return true;
+    }
+    return false;
+}
+
 // --- making
 
 void patch_solve_free(PatchSolve *solve)
@@ -66,6 +80,19 @@ void patch_solve_free(PatchSolve *solve)
     free(solve->set_pins);
     free(solve->memory);
     free(solve);
+}
+
+// Whether the device knows all that acts on the patch.
+static bool device_knows(const PlanPatch *patch, const PatchDriver *driver)
+{
+    int pins = 0;
+    for (uint32_t k = 0; k < patch->part_count; k++) {
+        const PlanPart *part = &patch->parts[k];
+        PatchSolid solid;
+        pins += part->kind == PART_PIN;
+        if (part->kind == PART_CONTACT && !patch_driver_solid(driver, part, &solid)) return false;
+    }
+    return pins <= PATCH_MAX_PINS;
 }
 
 PatchSolve *patch_solve_new(const PlanPatch *patch, const PatchSolveDesc *desc, Failure *failure)
@@ -91,6 +118,8 @@ PatchSolve *patch_solve_new(const PlanPatch *patch, const PatchSolveDesc *desc, 
         patch_solve_free(solve);
         return NULL;
     }
+    if (desc->method == PATCH_METHOD_DEVICE && desc->anyway && !device_knows(patch, solve->driver))
+        solve->desc.method = PATCH_METHOD_DIRECT;
     for (int c = 0; c < 3; c++) {
         solve->now[c] = solve->memory + (size_t)c * nodes_of(solve);
         solve->before[c] = solve->memory + (size_t)(3 + c) * nodes_of(solve);
@@ -124,7 +153,11 @@ static bool set_model(PatchSolve *solve, FrameError *error)
     if (solve->set.nodes && same_model(model, &solve->set)) return true;
     bool ok;
     if (solve->desc.method == PATCH_METHOD_DEVICE) {
-        if (!solve->device) solve->device = patch_device_new(solve->desc.device, model->nodes, 1, &failure);
+        if (!solve->device) {
+            solve->device = patch_device_new(solve->desc.device, model->nodes, 1, &failure);
+            // Where it cannot be kept nothing is lost but the time to build it again.
+            if (solve->device && solve->desc.cached) patch_device_store(solve->device, &(Failure){""});
+        }
         ok = solve->device && patch_device_model(solve->device, 0, model, &failure);
     } else if (solve->host) {
         ok = patch_host_model(solve->host, model, &failure);
@@ -168,14 +201,24 @@ static bool device_step(PatchSolve *solve, FrameError *error)
     PatchDriver *driver = solve->driver;
     const double *force[3];
     Failure failure = {""};
-    PatchFault fault;
     for (int c = 0; c < 3; c++) force[c] = driver->has_force[c] ? driver->force[c] : NULL;
     bool ok = patch_device_edges(solve->device, 0, driver->edges, &failure) &&
               patch_device_force(solve->device, 0, force, &failure) &&
               (!driver->has_contact || device_solids(solve, &failure)) &&
-              patch_device_step(solve->device, (int[]){1}, &failure) &&
-              patch_device_read(solve->device, 0, solve->now, NULL, &fault, &failure);
-    if (!ok) return device_trouble(solve, &failure, error);
+              patch_device_step(solve->device, (int[]){1}, &failure);
+    solve->behind = true;
+    return ok || device_trouble(solve, &failure, error);
+}
+
+// Places as they are now, from the device where they are behind. False if the patch has diverged on the way, too.
+static bool catch_up(PatchSolve *solve, FrameError *error)
+{
+    Failure failure = {""};
+    PatchFault fault;
+    if (!solve->behind) return true;
+    if (!patch_device_read(solve->device, 0, solve->now, NULL, &fault, &failure))
+        return device_trouble(solve, &failure, error);
+    solve->behind = false;
     return fault.kind == PATCH_FINE || trouble(solve, error, "not-finite", fault.text);
 }
 
@@ -219,8 +262,13 @@ static bool start(PatchSolve *solve, const double *inputs, FrameError *error)
     solve->time = solve->before_time = 0;
     solve->steps = 0;
     solve->started = true;
+    solve->behind = solve->settled = false;
     patch_cache_free(solve->cache);
-    solve->cache = solve->desc.cached && solve->host ? patch_cache_new(solve->patch, inputs) : NULL;
+    solve->cache = NULL;
+    if (!solve->desc.cached || solve->desc.method == PATCH_METHOD_ITERATIVE) return true;
+    char solver[DEVICE_KEY_SIZE] = "direct";
+    if (solve->device) device_key(solve->desc.device, solver);
+    solve->cache = patch_cache_new(solve->patch, inputs, solver);
     return true;
 }
 
@@ -229,13 +277,24 @@ static double solver_time(const PatchSolve *solve)
     return solve->device ? patch_device_time(solve->device, 0) : solve->host->time;
 }
 
-static bool step(PatchSolve *solve, FrameError *error)
+// Whether the places of the nodes are asked for before each step.
+static bool wants_places(const PlanPatch *patch)
+{
+    bool wants = patch->force.placed || patch->edges.placed;
+    for (uint32_t k = 0; k < patch->part_count; k++) wants |= patch->parts[k].kind == PART_PRESS;
+    return wants;
+}
+
+// `target` is the time that is to be reached: the last step before it is one of two that are shown.
+static bool step(PatchSolve *solve, double target, FrameError *error)
 {
     PatchDriver *driver = solve->driver;
     const double *inputs = solve->inputs;
     if (!patch_driver_at(driver, solve->time, inputs, error)) return false;
     double end = solve->time + driver->model.step;
     PatchModel model = driver->model;
+    bool last = !(end < target - STEP_SLACK * model.step);
+    if ((last || wants_places(solve->patch)) && !catch_up(solve, error)) return false;
     if (model.scheme == PATCH_NEWMARK && !patch_driver_at(driver, solve->time + model.step / 2, inputs, error))
         return false;
     if (!patch_driver_force(driver, places(solve->now), error)) return false;
@@ -247,7 +306,8 @@ static bool step(PatchSolve *solve, FrameError *error)
     model.pin_count = driver->model.pin_count;
     driver->model = model;
     if (!set_model(solve, error)) return false;
-    for (int c = 0; c < 3; c++) memcpy(solve->before[c], solve->now[c], nodes_of(solve) * sizeof(double));
+    for (int c = 0; c < 3 && !solve->behind; c++)
+        memcpy(solve->before[c], solve->now[c], nodes_of(solve) * sizeof(double));
     patch_edges_copy(solve->edges_before, solve->edges_now);
     solve->before_time = solve->time;
     if (!(solve->device ? device_step(solve, error) : host_step(solve, error))) return false;
@@ -255,43 +315,91 @@ static bool step(PatchSolve *solve, FrameError *error)
     driver->edges_known = !solve->patch->edges.varies;
     solve->time = solver_time(solve);
     solve->steps++;
+    solve->settled = true;
+    return true;
+}
+
+// As many steps in one launch as there are up to the last ones before `target`, or to a checkpoint, where nothing of the
+// equation changes on the way. False where that is none, or with `error` set.
+static bool leap(PatchSolve *solve, double target, FrameError *error)
+{
+    PatchDriver *driver = solve->driver;
+    const PlanPatch *patch = solve->patch;
+    Failure failure = {""};
+    if (!solve->device || patch->varies || patch->force.varies || patch->edges.varies || wants_places(patch) ||
+        driver->has_contact || !solve->settled)
+        return false;
+    double ahead = (target - solve->time) / solve->set.step - 2;
+    if (!(ahead >= 2) || !(ahead < 1e9)) return false;
+    uint64_t count = (uint64_t)ahead, whole = PATCH_CACHE_STEPS - solve->steps % PATCH_CACHE_STEPS;
+    if (count > whole) count = whole;
+    if (!patch_device_step(solve->device, (int[]){(int)count}, &failure)) return device_trouble(solve, &failure, error);
+    solve->behind = true;
+    solve->before_time = solve->time + (double)(count - 1) * solve->set.step;
+    solve->steps += count;
+    solve->time = solver_time(solve);
     return true;
 }
 
 // --- checkpoints: the time of the step before, then the solver's own
 
+static size_t save(PatchSolve *solve, void *bytes, size_t capacity, Failure *failure)
+{
+    if (solve->device) return patch_device_save(solve->device, bytes, capacity, failure);
+    return patch_host_save(solve->host, bytes, capacity);
+}
+
+// Places, steps and time are those of the solver.
+static bool restore(PatchSolve *solve, const void *bytes, size_t size)
+{
+    Failure failure;
+    if (solve->device) {
+        PatchFault fault;
+        if (!patch_device_restore(solve->device, bytes, size, &failure) ||
+            !patch_device_read(solve->device, 0, solve->now, NULL, &fault, &failure) || fault.kind != PATCH_FINE)
+            return false;
+        solve->steps = patch_device_steps(solve->device, 0);
+    } else {
+        if (!patch_host_restore(solve->host, bytes, size, &failure)) return false;
+        for (int c = 0; c < 3; c++) memcpy(solve->now[c], solve->host->x[c], nodes_of(solve) * sizeof(double));
+        solve->steps = solve->host->steps;
+    }
+    solve->behind = solve->settled = false;
+    solve->time = solve->before_time = solver_time(solve);
+    return true;
+}
+
 static void keep(PatchSolve *solve)
 {
     if (!solve->cache || solve->steps % PATCH_CACHE_STEPS) return;
-    size_t size = patch_host_save(solve->host, NULL, 0), lead = sizeof solve->before_time;
-    uint8_t *bytes = malloc(lead + size);
+    Failure failure;
+    FrameError error;
+    if (!catch_up(solve, &error)) { // which is told when the shape is asked for
+        solve->behind = true;
+        return;
+    }
+    size_t size = save(solve, NULL, 0, &failure), lead = sizeof solve->before_time;
+    uint8_t *bytes = size ? malloc(lead + size) : NULL;
     if (!bytes) return;
     memcpy(bytes, &solve->before_time, lead);
-    patch_host_save(solve->host, bytes + lead, size);
-    patch_cache_store(solve->cache, solve->steps, bytes, lead + size);
+    if (save(solve, bytes + lead, size, &failure)) patch_cache_store(solve->cache, solve->steps, bytes, lead + size);
     free(bytes);
 }
 
 // Goes to a checkpoint. The solver gets the model that it had then, since it counts time from where its step changed.
 static bool go_to(PatchSolve *solve, const FileBytes *file, uint64_t steps, double time, FrameError *error)
 {
-    Failure failure;
-    PatchHost *host = solve->host;
     double before;
     size_t lead = sizeof before;
     if (file->size < lead) return false;
     memcpy(&before, file->bytes, lead);
     if (!(before >= 0 && before <= time) || !patch_driver_at(solve->driver, before, solve->inputs, error)) return false;
     if (!patch_driver_edges(solve->driver, places(solve->now), error) || !set_model(solve, error)) return false;
-    if (!patch_host_restore(host, file->bytes + lead, file->size - lead, &failure)) return false;
-    solve->started = host->steps == steps && host->time > before && host->time <= time;
-    solve->steps = host->steps;
-    solve->time = solve->before_time = host->time;
-    for (int c = 0; c < 3; c++) {
-        memcpy(solve->now[c], host->x[c], nodes_of(solve) * sizeof(double));
-        memcpy(solve->before[c], host->x[c], nodes_of(solve) * sizeof(double));
-    }
-    patch_edges_copy(solve->edges_now, patch_host_edges(host));
+    if (!restore(solve, file->bytes + lead, file->size - lead)) return false;
+    solve->started = solve->steps == steps && solve->time > before && solve->time <= time;
+    for (int c = 0; c < 3; c++) memcpy(solve->before[c], solve->now[c], nodes_of(solve) * sizeof(double));
+    patch_edges_copy(solve->edges_now,
+                     solve->device ? patch_device_edges_now(solve->device, 0) : patch_host_edges(solve->host));
     patch_edges_copy(solve->edges_before, solve->edges_now);
     solve->driver->edges_known = false;
     return solve->started;
@@ -347,16 +455,20 @@ bool patch_solve_to(PatchSolve *solve, double time, const double *inputs, FrameE
         if (!start(solve, inputs, error)) return false;
     } else if (moved) {
         memcpy(solve->inputs, inputs, count * sizeof *inputs);
-        solve->driver->edges_known = false;
+        solve->driver->edges_known = solve->settled = false;
         patch_cache_free(solve->cache);
         solve->cache = NULL;
     }
     if (!jump(solve, time, error)) return false;
     while (solve->time < time - STEP_SLACK * solve->driver->model.step) {
-        if (step(solve, error)) {
+        if (leap(solve, time, error) || (!error->text[0] && step(solve, time, error))) {
             keep(solve);
             continue;
         }
+        solve->started = false;
+        return false;
+    }
+    if (!catch_up(solve, error)) {
         solve->started = false;
         return false;
     }

@@ -9,8 +9,10 @@
 //
 // Simulation time is the scene's time and has its own steps. Between two of them the shape is the mix of both. What is
 // shown at a time follows from the scene, its params and that time alone: a moment that is asked for first gives the
-// bits of running through: also where it is found by a checkpoint. (Handles that move while time goes on are the exception that they have to be: the patch goes
+// bits of running through, on the same device: also where it is found by a checkpoint. (Handles that move while time goes on are the exception that they have to be: the patch goes
 // on from where it is. Where they move and time does not go on, it is solved again from its start.)
+//
+// On the device nothing is read back before the step that is shown, and where nothing of the equation changes with time, steps are one launch.
 //
 // Whatever cannot be solved stops with a sentence and a place in the scene: an equation that patch_diagnose() refuses,
 // a patch that diverges, a value that is not finite. A shape never holds what is not finite.
@@ -26,12 +28,17 @@
 
 typedef enum PatchMethod { PATCH_METHOD_DIRECT, PATCH_METHOD_DEVICE, PATCH_METHOD_ITERATIVE } PatchMethod;
 
+// "device", "direct", "gauss-seidel". False for other words.
+bool patch_method_named(const char *name, PatchMethod *method);
+
 typedef struct PatchSolveDesc {
     double fps; // of the scene: what `frame` counts
     PatchMethod method;
     Device *device; // of PATCH_METHOD_DEVICE; has to outlive the solve
-    bool cached;    // checkpoints are kept on disk (runtime/patch_cache.h): of PATCH_METHOD_DIRECT
-    int sweeps;     // limit of PATCH_METHOD_ITERATIVE in a step; 0: its default
+    bool
+        anyway; // what the device does not know (contacts with other solids than quadrics, many pins) is solved directly
+    bool cached; // checkpoints are kept on disk (runtime/patch_cache.h): not of PATCH_METHOD_ITERATIVE
+    int sweeps;  // limit of PATCH_METHOD_ITERATIVE in a step; 0: its default
 } PatchSolveDesc;
 
 typedef struct PatchSolve PatchSolve;

@@ -177,6 +177,7 @@ static void run_record(Record *r, PlanRun *run)
     record_u32(r, &run->end);
     record_bool(r, &run->points);
     record_bool(r, &run->varies);
+    record_bool(r, &run->placed);
 }
 
 void plan_patch_record(Record *r, PlanPatch *patch)
@@ -193,6 +194,7 @@ void plan_patch_record(Record *r, PlanPatch *patch)
     run_record(r, &patch->edges);
     run_record(r, &patch->force);
     run_record(r, &patch->start);
+    record_bool(r, &patch->varies);
     record_u32s(r, patch->model, PATCH_OPERANDS - 3);
     record_table(r, patch->parts, patch->part_count, 36, part_record);
     record_u32(r, &patch->box);

@@ -40,6 +40,7 @@ struct ScnScene {
     char *device_choice;
     int threads, lanes;
     bool no_cache, quick;
+    char *solver; // of patches; NULL: not said
 
     double *inputs;                  // handles: plan->input_count
     double *values;                  // slots of the frame: plan->slot_count

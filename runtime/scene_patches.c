@@ -41,10 +41,16 @@ static bool make(ScnScene *scene, Failure *failure)
     patches->cells = calloc(plan->patch_count, sizeof(PatchCells *));
     patches->inputs = calloc(plan->input_count + 1, sizeof *patches->inputs);
     bool ok = patches->solves && patches->cells && patches->inputs;
+    PatchSolveDesc desc = {.fps = plan->fps,
+                           .method = PATCH_METHOD_DEVICE,
+                           .device = scene->device,
+                           .anyway = !scene->solver,
+                           .cached = !scene->no_cache};
+    if (scene->solver && !patch_method_named(scene->solver, &desc.method))
+        return fail(failure, "patches are solved by device, direct or gauss-seidel, not by \"%s\"", scene->solver);
     if (ok) patches->count = plan->patch_count;
     for (uint32_t k = 0; ok && k < plan->patch_count; k++) {
-        patches->solves[k] = patch_solve_new(&plan->patches[k],
-                                             &(PatchSolveDesc){.fps = plan->fps, .cached = !scene->no_cache}, failure);
+        patches->solves[k] = patch_solve_new(&plan->patches[k], &desc, failure);
         patches->cells[k] = patch_cells_new((int)plan->patches[k].nodes);
         ok = patches->solves[k] && patches->cells[k];
     }

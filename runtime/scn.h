@@ -71,7 +71,9 @@ typedef struct ScnSceneDesc {
     int lanes;          // rays that a work-item follows: 1 or 16; 0: as the device likes it
     bool check_only;    // only for its diagnostics: also looks at what nothing uses, and makes no kernels
     bool no_cache;      // neither reads nor writes the cache of compiled kernels
-    bool quick; // kernels that are built sooner and run slower, for a few pictures; those that are ready are taken
+    const char
+        *solver; // of patches: "device", "direct", "gauss-seidel"; NULL: the device, and direct what it does not know
+    bool quick;  // kernels that are built sooner and run slower, for a few pictures; those that are ready are taken
 } ScnSceneDesc;
 
 // Reads and compiles. No device is opened yet, so this works without any. NULL only where there is no memory for the
