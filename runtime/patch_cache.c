@@ -1,8 +1,11 @@
 #include "runtime/patch_cache.h"
 
+#include <dirent.h>
+#include <fcntl.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #define XXH_INLINE_ALL
@@ -50,6 +53,46 @@ static bool path_of(const PatchCache *cache, uint64_t steps, char *path, size_t 
     return length > 0 && (size_t)length < size;
 }
 
+typedef struct Entry {
+    struct timespec time;
+    uint64_t size;
+    char name[64];
+} Entry;
+
+static int by_age(const void *a, const void *b)
+{
+    const Entry *x = a, *y = b;
+    if (x->time.tv_sec != y->time.tv_sec) return x->time.tv_sec < y->time.tv_sec ? -1 : 1;
+    if (x->time.tv_nsec != y->time.tv_nsec) return x->time.tv_nsec < y->time.tv_nsec ? -1 : 1;
+    return strcmp(x->name, y->name);
+}
+
+void patch_cache_prune(const char *folder, uint64_t most)
+{
+    DIR *dir = opendir(folder);
+    Entry *entries = NULL;
+    size_t count = 0, capacity = 0;
+    uint64_t total = 0;
+    for (struct dirent *one; dir && (one = readdir(dir));) {
+        struct stat status;
+        if (strncmp(one->d_name, "patch-", 6) || strlen(one->d_name) >= sizeof entries->name) continue;
+        if (fstatat(dirfd(dir), one->d_name, &status, AT_SYMLINK_NOFOLLOW) || !S_ISREG(status.st_mode)) continue;
+        if (count == capacity) {
+            Entry *more = realloc(entries, (capacity = 2 * capacity + 16) * sizeof *entries);
+            if (!more) break;
+            entries = more;
+        }
+        entries[count] = (Entry){.time = status.st_mtim, .size = (uint64_t)status.st_size};
+        strcpy(entries[count++].name, one->d_name);
+        total += (uint64_t)status.st_size;
+    }
+    if (count && total > most) qsort(entries, count, sizeof *entries, by_age);
+    for (size_t k = 0; k < count && total > most; k++)
+        if (!unlinkat(dirfd(dir), entries[k].name, 0)) total -= entries[k].size;
+    free(entries);
+    if (dir) closedir(dir);
+}
+
 void patch_cache_store(const PatchCache *cache, uint64_t steps, const void *bytes, size_t size)
 {
     char path[FILE_PATH_SIZE];
@@ -60,6 +103,7 @@ void patch_cache_store(const PatchCache *cache, uint64_t steps, const void *byte
         whole_finish(&file, NULL);
     else
         whole_drop(&file);
+    patch_cache_prune(cache->folder, PATCH_CACHE_BYTES);
 }
 
 bool patch_cache_load(const PatchCache *cache, uint64_t least, uint64_t most, uint64_t *steps, FileBytes *file)

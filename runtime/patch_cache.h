@@ -2,7 +2,8 @@
 //
 // A file holds one patch after a number of its steps, named by a hash of its program, its params and this version of scn;
 // so whatever changes the patch asks for other files. It appears whole or not at all. One that is cut or changed is not
-// used, and the patch is solved from an earlier one, to the same bits. All of them may be deleted at any time.
+// used, and the patch is solved from an earlier one, to the same bits. All of them may be deleted at any time: whenever one is
+// stored, the oldest are, until they take no more than PATCH_CACHE_BYTES together.
 //
 //     PatchCache *cache = patch_cache_new(patch, inputs, count);       NULL: there is no folder for caches
 //     patch_cache_store(cache, steps, bytes, size);
@@ -18,11 +19,16 @@
 // A checkpoint is kept after every so many steps.
 #define PATCH_CACHE_STEPS 256
 
+#define PATCH_CACHE_BYTES ((uint64_t)1 << 28) // of all checkpoints on disk
+
 typedef struct PatchCache PatchCache;
 
 // The program of the patch is hashed with the inputs (the plan's handles), and with what solves it: `solver` is a text that is another where the bits may be.
 PatchCache *patch_cache_new(const PlanPatch *patch, const double *inputs, const char *solver);
 void patch_cache_free(PatchCache *cache); // NULL is nothing
+
+// Deletes the oldest checkpoints of a folder until the others take at most so many bytes.
+void patch_cache_prune(const char *folder, uint64_t most);
 
 // Where it cannot be written nothing is lost, and nobody is told.
 void patch_cache_store(const PatchCache *cache, uint64_t steps, const void *bytes, size_t size);

@@ -7,6 +7,7 @@
 
 #include "compiler/eval.h"
 #include "compiler/field.h"
+#include "compiler/quadric.h"
 
 _Static_assert((int)PATCH_NODES_MIN == PATCH_MIN_NODES && (int)PATCH_NODES_MAX == PATCH_MAX_NODES,
                "the compiler and the solvers agree on what a grid is");
@@ -302,15 +303,18 @@ static void push_out(const PatchDriver *driver, const PlanPart *part, const Patc
     }
 }
 
+// A quadric within maps: its code is an ENTER for each of them, the quadric, and as many LEAVE.
 bool patch_driver_solid(const PatchDriver *driver, const PlanPart *part, PatchSolid *solid)
 {
     FieldCode code = field_of(driver, part);
+    uint32_t maps = 0;
+    while (2 * maps + 1 < code.count && code.words[2 * maps] == FIELD_ENTER) maps++;
+    if (code.count != 3 * maps + 2 || code.words[2 * maps] != FIELD_QUADRIC) return false;
     solid->stiffness = driver->values[part->values[0]];
-    if (code.count == 2 && code.words[0] == FIELD_QUADRIC) {
-        memcpy(solid->quadric, driver->values + code.words[1], sizeof solid->quadric);
-        return true;
-    }
-    return false;
+    memcpy(solid->quadric, driver->values + code.words[2 * maps + 1], sizeof solid->quadric);
+    for (uint32_t k = maps; k-- > 0;)
+        if (!quadric_transform(solid->quadric, driver->values + code.words[2 * k + 1], solid->quadric)) return false;
+    return true;
 }
 
 void patch_driver_contact(void *context, const PatchTouch *touch)

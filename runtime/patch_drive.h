@@ -51,7 +51,7 @@ bool patch_driver_start(PatchDriver *driver, double *const x[3], FrameError *err
 // A PatchContactLaw whose context is a PatchDriver.
 void patch_driver_contact(void *context, const PatchTouch *touch);
 
-// The solid of a contact with a plain quadric. False for other objects.
+// The solid of a contact with a quadric, moved or not. False for other objects.
 bool patch_driver_solid(const PatchDriver *driver, const PlanPart *part, PatchSolid *solid);
 
 #endif
