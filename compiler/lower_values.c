@@ -286,8 +286,9 @@ static void need_operands(Values *v, IrId id)
     bool base = node->op == OP_TRANSFORM && v->needs[id] & NEED_VALUE;
     if (base) v->needs[ir_operand(v->ir, id, 0)] |= NEED_VALUE;
     for (uint32_t k = base && !field; k < node->count; k++) {
-        if (node->op == OP_LIFT || node->op == OP_SHEET || node->op == OP_THICKEN) return; // a field program knows no patches
-        if (node->op == OP_PAINT && k == 1) continue;            // where F is asked for, colours are not
+        if (node->op == OP_LIFT || node->op == OP_SHEET || node->op == OP_THICKEN)
+            return;                                   // a field program knows no patches
+        if (node->op == OP_PAINT && k == 1) continue; // where F is asked for, colours are not
         need_operand(v, ir_operand(v->ir, id, k), gathered);
     }
 }

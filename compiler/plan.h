@@ -181,7 +181,7 @@ typedef struct PlanPatch {
     Slot point;           // x y z u v
     uint32_t frame_end;
     PlanRun edges, force, start;
-    bool varies; // numbers of its equation, or of a part, change with time
+    bool varies;                    // numbers of its equation, or of a part, change with time
     Slot model[PATCH_OPERANDS - 3]; // the operands of OP_PATCH from the step on
     PlanPart *parts;
     uint32_t part_count;
