@@ -17,6 +17,13 @@
 // The 7 is the value outside an edge folded back: x[−1] = x[1] − 2h·slope at u = 0, x[n+1] = x[n−1] + 2h·slope at u =
 // 1, the slope always toward growing u (v). Hence L is symmetric, and edges stand in the right side alone.
 //
+// What the 7 costs. It is the literature's rule, of second order: the middle of the clamped plate under a uniform load
+// sinks 3.32, 0.842 and 0.2115 % too far at 17, 33 and 65 nodes. No other symmetric closure does better in the limit: let
+// r be its residuals for x³; since it is symmetric and exact for x², the sum of r_i i² is the same 2 for all of them, and
+// that is what the error of order h² comes from. The corner (9, −4.5; −4.5, 6.125) gives 2.72, 0.754 and 0.199 %; a
+// one-sided row (9, −4.5, 1) of third order gives −0.51, −0.21 and −0.06 %, but is not symmetric, which the factors of
+// the host and the modes of the device live by.
+//
 // One step. Both schemes are the same solve at a point inside the step, θ = 1 (implicit) or ½ (newmark):
 //
 //     (L + μ) w = f + g + μ x + ν V        μ = (2ρ + η dt)/(2θ²dt²)
