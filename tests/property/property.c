@@ -49,7 +49,7 @@
 #include "tests/property/scenes.h"
 
 enum { RING = 8, NEIGHBOURS = 2 * RING };
-static const double EDGE = 1e-5, FAR = 1e-4;
+static const double EDGE = 1e-5, FAR = 1e-4, REACH = 65536;
 
 typedef struct Options {
     int scenes, size, lanes;
@@ -278,6 +278,21 @@ static void compare_surface(Comparison *c, int x, int y, const OracleRay *ray, c
     compare_color(c, x, y, ray, here, c->picture.color + 4 * pixel);
 }
 
+// Whether a place is farther away than a general field is looked for (lang/reference.md, section 8.12), in the coordinates of one of them.
+static bool beyond_reach(const Oracle *oracle, const OracleRay *ray, double t)
+{
+    for (uint32_t k = 0; k < oracle->base_count; k++) {
+        const OracleBase *base = &oracle->bases[k];
+        for (int i = 0; i < 3 && base->field; i++) {
+            const double *row = base->quadric.map.m + 4 * i;
+            double at = row[3];
+            for (int axis = 0; axis < 3; axis++) at += row[axis] * (ray->origin[axis] + t * ray->direction[axis]);
+            if (fabs(at) > REACH) return true;
+        }
+    }
+    return false;
+}
+
 static void compare_ray(Comparison *c, int x, int y)
 {
     size_t pixel = (size_t)y * (size_t)c->options->size + (size_t)x;
@@ -300,7 +315,7 @@ static void compare_ray(Comparison *c, int x, int y)
     }
     Answer around[NEIGHBOURS];
     neighbours(c, &ray, around);
-    if (at_edge(c, around, &here, hit, t)) {
+    if (at_edge(c, around, &here, hit, t) || (hit && beyond_reach(c->oracle, &ray, t))) {
         tally->edge_hit++;
         return;
     }
