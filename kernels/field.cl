@@ -71,8 +71,9 @@ static Range field_bounds(const Tape *tape, const FieldLine *line, FLOAT s, floa
 }
 
 // Between p, where F is not positive, and q, where it is: false position that halves the weight of an end that stays (Illinois). It ends where the bracket is
-// as narrow as floats can tell, not where a step is short: a step beside an end may be short because F is flat there. So no step is shorter than half of that.
-static FLOAT field_root(const Tape *tape, const FieldLine *line, FLOAT p, FLOAT q, FLOAT fp, FLOAT fq, INT live, float sign, __global FLOAT *memory)
+// as narrow as floats can tell or F is lost in noise, not where a step is short: a step beside an end may be short because F is flat there.
+static FLOAT field_root(const Tape *tape, const FieldLine *line, FLOAT p, FLOAT q, FLOAT fp, FLOAT fq, FLOAT noise, INT live, float sign,
+                        __global FLOAT *memory)
 {
     FLOAT largest = LARGEST;
     fp = most(fp, -largest);
@@ -92,6 +93,9 @@ static FLOAT field_root(const Tape *tape, const FieldLine *line, FLOAT p, FLOAT 
         fq = down ? 0.5f * fq : up ? f : fq;
         q = up ? x : q;
         p = down ? x : p;
+        INT enough = open & (size_of(f) <= 0.03f * noise);
+        q = enough ? x : q;
+        live = live & !enough;
     }
     return q;
 }
@@ -111,12 +115,12 @@ static FLOAT field_sampled(const Tape *tape, const FieldLine *line, FLOAT p, FLO
 
 // The first place of [p, end] where sign * F is positive; infinity where there is none. `at_root`: p is a place where it has just turned negative.
 NOINLINE void field_search(const Tape *tape, const FieldLine *line, const FLOAT *from, const FLOAT *to, INT live, float sign, INT at_root,
-                                  int exists, __global FLOAT *memory, FLOAT *answer, INT *doubts)
+                                  int exists, float grain, __global FLOAT *memory, FLOAT *answer, INT *doubts)
 {
     FLOAT p = *from, end = *to, found = INFINITY;
     FLOAT h = end - p;
-    FLOAT least_step = 1e-7f * h;
-    FLOAT low = p, high = p, f_low = 0.0f, f_high = 0.0f; // brackets
+    FLOAT least_step = grain;
+    FLOAT low = p, high = p, f_low = 0.0f, f_high = 0.0f, f_noise = 0.0f; // brackets
     INT bracketed = live & !live, uncertain = bracketed;
     for (int step = 0; ANY(live); step++) {
         if (step == FIELD_STEPS) {
@@ -130,24 +134,45 @@ NOINLINE void field_search(const Tape *tape, const FieldLine *line, const FLOAT 
         Dual r;
         Doubt doubt;
         tape_dual(tape, line->o, line->e, &p, &q, memory, &r, &doubt);
-        if (sign < 0.0f) r = (Dual){{-r.f.high, -r.f.low}, {-r.d.high, -r.d.low}};
+        if (sign < 0.0f) r = dual_negated(r);
         INT sure = !doubt.maybe;
         INT none = sign > 0.0f ? (r.f.high <= 0.0f) | doubt.never : (r.f.high <= 0.0f) & sure;
         INT all = sign > 0.0f ? (r.f.low > 0.0f) & sure : (r.f.low > 0.0f) | doubt.never;
         INT passed = live & none, met = live & all, open = live & !none & !all;
-        FLOAT reach = p;
+        FLOAT reach = p, shorter = 0.5f * h;
         if (ANY(open)) {
+            FLOAT place = least_step + 2.5e-7f * most(size_of(p), size_of(q));
             INT rising = sure & (r.d.low > 0.0f), falling = sure & (r.d.high < 0.0f), steep = rising | falling;
-            INT tiny = (q - p) <= least_step + 2.5e-7f * most(size_of(p), size_of(q));
-            Range at_p = field_bounds(tape, line, p, sign, memory);
+            INT tiny = (q - p) <= place;
+            Range at_p = r.at;
+            if (ANY(open & !sure)) {
+                Range there = field_bounds(tape, line, p, sign, memory);
+                at_p = range_choose(sure, at_p, there);
+            }
+            // Floats know a place to `place` only, and F there no better than that: where F is no more anywhere, halves tell nothing new.
+            FLOAT noise = at_p.high - at_p.low;
+            INT near = q - p <= 0.02f * (1.0f + size_of(p)); // farther the steepest slope says little
+            INT flat = open & sure & near & (r.f.high <= 2.0f * noise + least(place * most(size_of(r.d.low), size_of(r.d.high)), 4.0f * noise));
             INT positive = open & (at_p.high > 0.0f) & !at_root, certain = at_p.low > 0.0f;
             INT begins = positive & (certain | rising);
             uncertain = uncertain | (positive & !certain & falling);
-            INT closing = open & tiny & !steep & !begins;
+            INT closing = open & (tiny | flat) & !steep & !begins;
             INT rises = open & rising & !begins;
             FLOAT f_q = r.f.high, f_p = least(at_p.high, 0.0f);
             if (ANY(rises | closing)) f_q = field_value(tape, line, q, sign, memory);
             INT crosses = (rises | closing) & (f_q > 0.0f);
+            // A root at p whose slope has no sign however short the piece is, since faces lie in each other there: where F is positive for certain as soon as floats
+            // can tell, it turns so in between.
+            FLOAT behind = q;
+            INT turning = positive & !begins & !rises & !closing;
+            if (ANY(turning)) {
+                FLOAT beyond = p + most(place, 4.0f * noise / most(size_of(r.d.low), size_of(r.d.high)));
+                Range there = field_bounds(tape, line, beyond, sign, memory);
+                INT turned = turning & sure & (beyond < q) & (there.low > 0.0f);
+                behind = turned ? beyond : behind;
+                f_q = turned ? there.high : f_q;
+                crosses = crosses | turned;
+            }
             if (ANY(closing)) {
                 FLOAT f = field_value(tape, line, p, sign, memory);
                 INT at_once = closing & (f > 0.0f) & !at_root;
@@ -159,28 +184,32 @@ NOINLINE void field_search(const Tape *tape, const FieldLine *line, const FLOAT 
             }
             met = met | begins;
             low = crosses ? p : low;
-            high = crosses ? q : high;
+            high = crosses ? behind : high;
             f_low = crosses ? f_p : f_low;
             f_high = crosses ? f_q : f_high;
+            f_noise = crosses ? noise : f_noise;
             bracketed = bracketed | crosses;
             live = live & !crosses;
             // F rises by the steepest slope at most.
             FLOAT ahead = p + 0.99999f * (-at_p.high / most(r.d.high, 1e-37f));
             INT reaches = open & sure & (at_p.high < 0.0f) & (ahead > p);
             reach = reaches ? least(ahead, q) : reach;
+            // At a root F rises to its most there at the earliest where its steepest slope would have brought it: up to there it may have a sign.
+            FLOAT climb = 0.9f * (r.f.high / r.d.high);
+            shorter = (positive & (climb < shorter) & (climb > 0.0f)) ? most(climb, place) : shorter;
             passed = passed | (open & !begins & !crosses & (steep | closing | (reach >= q)));
         }
         found = met ? p : found;
         live = live & !met;
         INT far = passed | (reach - p > 0.5f * (q - p));
         at_root = at_root & !passed & !(reach > p);
-        h = far ? (passed ? 2.0f * h : h) : 0.5f * h;
+        h = far ? (passed ? 8.0f * h : h) : shorter;
         p = passed ? q : reach;
         live = live & (p < end);
         h = least(h, end - p);
     }
     if (ANY(bracketed)) {
-        FLOAT s = exists ? high : field_root(tape, line, low, high, f_low, f_high, bracketed, sign, memory);
+        FLOAT s = exists ? high : field_root(tape, line, low, high, f_low, f_high, f_noise, bracketed, sign, memory);
         found = bracketed ? s : found;
     }
     *answer = found;
@@ -202,6 +231,7 @@ typedef struct March { // of a packet through the cells of a field
     INT live, known, doubts;
     float sign;
     int exists;
+    float grain; // of a cell: pieces that are shorter are not halved
 } March;
 
 // Goes through one cell, from p or `near` on.
@@ -219,7 +249,7 @@ static void march_cell(const Ray *ray, March *m, const Tape *tape, float near, f
         m->p = gap ? front : m->p;
     }
     FLOAT met = INFINITY;
-    if (tape->count) field_search(tape, &m->line, &m->p, &stop, here, m->sign, m->known & (m->p == m->start), m->exists, ray->field_memory, &met, &m->doubts);
+    if (tape->count) field_search(tape, &m->line, &m->p, &stop, here, m->sign, m->known & (m->p == m->start), m->exists, m->grain * (far - near), ray->field_memory, &met, &m->doubts);
     else if ((tape->root != 0) == (m->sign > 0.0f)) met = m->p;
     INT hit = here & (met < INFINITY);
     m->s = hit ? met : m->s;
@@ -268,6 +298,7 @@ static FLOAT field_next(const Ray *ray, uint id, FLOAT t, FLOAT bound, float sig
     m.s = INFINITY;
     m.sign = sign;
     m.exists = exists;
+    m.grain = field_tile(ray, id) ? 1e-5f : 1e-7f;
     m.known = known;
     m.doubts = m.live & !m.live;
     if (sign < 0.0f) { // there is nothing outside of the depths that it has; where these begin with the eye, nothing is before them
@@ -387,7 +418,7 @@ static void fields_make(Ray *ray, __global const FrameConstants *frame, List lis
     uint steps = frame->tape_longest + 4u;
     ray->fields = (__global FieldTile *)room;
     ray->field_count = 0;
-    ray->field_memory = (__global FLOAT *)(room + FIELD_TABLE) + (size_t)get_local_id(0) * steps * 4;
+    ray->field_memory = (__global FLOAT *)(room + FIELD_TABLE) + (size_t)get_local_id(0) * steps * FIELD_VALUE;
 #if LANES == 32
     *memory = field_memory(room + FIELD_TABLE, frame, (__global TapeStep *)(room + FIELD_TABLE + FIELD_SCRATCH(frame->tape_longest, LANES)));
     ray->field_cells = memory;

@@ -543,8 +543,10 @@ INLINE Range range_ahead(FLOAT o, FLOAT e, FLOAT p, FLOAT q)
 
 // --- over pieces of rays
 
-typedef struct Dual { // a range and that of its derivative along the ray
-    Range f, d;
+// A value along a piece of a ray: its range there, that of its derivative, and its range at the beginning, `at`. From the beginning on a value moves as fast as
+// its derivative lets it, which narrows the range, and does so the more the shorter the piece is.
+typedef struct Dual {
+    Range f, d, at;
 } Dual;
 
 // The derivative of an operation of one operand, as a range: a its operand, r its result.
@@ -641,68 +643,143 @@ NOINLINE void binary_slope(uint op, const Dual *pa, const Dual *pb, const Range 
     *result = s;
 }
 
-INLINE Range step_slope(TapeStep step, Dual a, Dual b, Range r)
+// Operations that few tapes are made of.
+NOINLINE void rare_dual(TapeStep step, const Dual *pa, const Dual *pb, Doubt *doubt, Dual *result)
 {
+    Dual a = *pa, b = *pb, r;
+    Doubt unused = *doubt;
     uint op = TAPE_OP(step.word);
-    Range s;
-    FLOAT zero = 0.0f;
-    int literal = (step.word & TAPE_LITERAL) != 0;
-    switch (op) {
-    case TAPE_NUMBER: return (Range){zero, zero};
-    case TAPE_ADD: return literal ? a.d : range_add(a.d, b.d);
-    case TAPE_SUB: return literal ? a.d : range_sub(a.d, b.d);
-    case TAPE_BACK_SUB: return literal ? (Range){-a.d.high, -a.d.low} : range_sub(b.d, a.d);
-    case TAPE_MUL: return literal ? range_scale(a.d, as_float(step.b)) : range_add(range_mul(a.d, b.f), range_mul(a.f, b.d));
-    case TAPE_DIV: return range_div(range_sub(a.d, range_mul(r, b.d)), b.f);
-    case TAPE_BACK_DIV: return range_div(range_sub(b.d, range_mul(r, a.d)), a.f);
-    case TAPE_MIN: return range_choose(a.f.high < b.f.low, a.d, range_choose(b.f.high < a.f.low, b.d, range_hull(a.d, b.d)));
-    case TAPE_MAX: return range_choose(a.f.low > b.f.high, a.d, range_choose(b.f.low > a.f.high, b.d, range_hull(a.d, b.d)));
-    case TAPE_NEG: return (Range){-a.d.high, -a.d.low};
-    case TAPE_SQUARE: return range_mul((Range){2.0f * a.f.low, 2.0f * a.f.high}, a.d);
-    default: break;
+    r.f = step_range(step, a.f, b.f, doubt);
+    r.at = step_range(step, a.at, b.at, &unused);
+    if (op == TAPE_DIV) {
+        r.d = range_div(range_sub(a.d, range_mul(r.f, b.d)), b.f);
+    } else if (op == TAPE_BACK_DIV) {
+        r.d = range_div(range_sub(b.d, range_mul(r.f, a.d)), a.f);
+    } else if (takes_second(op)) {
+        binary_slope(op, &a, &b, &r.f, &r.d);
+    } else {
+        Range s;
+        unary_slope(op, (int)step.b, &a.f, &r.f, &s);
+        r.d = range_mul(s, a.d);
     }
-    if (takes_second(op)) {
-        binary_slope(op, &a, &b, &r, &s);
-        return s;
-    }
-    unary_slope(op, (int)step.b, &a.f, &r, &s);
-    return range_mul(s, a.d);
+    *result = r;
+}
+
+// The most that the lesser of two lines can be for t in [0, length], a lane each: line k is at[k] + slope[k] t. Where one falls and the other rises, any mean of
+// the two bounds the lesser; in that whose slope is 0 the slopes do not matter, however long the piece is. So faces that meet at an edge, or lie on each other,
+// are decided without going to their end by halves.
+INLINE FLOAT lesser_line(FLOAT at_a, FLOAT slope_a, FLOAT at_b, FLOAT slope_b, FLOAT length, FLOAT limit)
+{
+    INT opposite = ((slope_a < 0.0f) & (slope_b > 0.0f)) | ((slope_a > 0.0f) & (slope_b < 0.0f));
+    if (!ANY(opposite)) return limit;
+    FLOAT share = slope_b / (slope_b - slope_a), rest = 1.0f - share;
+    FLOAT a = share * at_a, b = rest * at_b, along_a = share * slope_a * length, along_b = rest * slope_b * length;
+    FLOAT first = a + b, last = first + (along_a + along_b);
+    FLOAT bound = most(first, last) + 5e-7f * (size_of(a) + size_of(b) + size_of(along_a) + size_of(along_b)) + 1e-37f;
+    bound = opposite ? bound : limit;
+    return least(bound, limit);
+}
+
+INLINE Dual dual_min(Dual a, Dual b, FLOAT length)
+{
+    Dual r;
+    r.f = (Range){least(a.f.low, b.f.low), least(a.f.high, b.f.high)};
+    r.f.high = lesser_line(a.at.high, a.d.high, b.at.high, b.d.high, length, r.f.high);
+    r.d = range_choose(a.f.high < b.f.low, a.d, range_choose(b.f.high < a.f.low, b.d, range_hull(a.d, b.d)));
+    r.at = (Range){least(a.at.low, b.at.low), least(a.at.high, b.at.high)};
+    return r;
+}
+
+INLINE Dual dual_negated(Dual a)
+{
+    return (Dual){{-a.f.high, -a.f.low}, {-a.d.high, -a.d.low}, {-a.at.high, -a.at.low}};
 }
 
 INLINE Dual dual_select(Dual c, Dual a, Dual b)
 {
     INT zero = has_zero(c.f), other = has_other(c.f);
     INT first = !zero, second = !other;
-    Range infinite = range_everything();
-    Dual r = {range_choose(first, a.f, range_choose(second, b.f, range_hull(a.f, b.f))),
-              range_choose(first, a.d, range_choose(second, b.d, infinite))};
+    Dual r;
+    r.f = range_choose(first, a.f, range_choose(second, b.f, range_hull(a.f, b.f)));
+    r.d = range_choose(first, a.d, range_choose(second, b.d, range_everything()));
+    r.at = range_choose(first, a.at, range_choose(second, b.at, range_hull(a.at, b.at)));
     return r;
+}
+
+// Narrows the range of a value that is defined everywhere on the piece.
+INLINE void dual_narrow(Dual *r, FLOAT length, INT maybe)
+{
+    FLOAT zero = 0.0f;
+    FLOAT low = sum_below(r->at.low, least(product_below(r->d.low, length), zero)), high = sum_above(r->at.high, most(product_above(r->d.high, length), zero));
+    low = maybe ? r->f.low : low;
+    high = maybe ? r->f.high : high;
+    r->f.low = most(low, r->f.low);
+    r->f.high = least(high, r->f.high);
 }
 
 // The tape over the piece from p to q of the rays o + s e.
 NOINLINE void tape_dual(const Tape *tape, const FLOAT *o, const FLOAT *e, const FLOAT *p, const FLOAT *q, __global FLOAT *memory, Dual *result, Doubt *doubt)
 {
     __global Dual *v = (__global Dual *)memory;
+    FLOAT length = above(*q - *p, 1.0f), zero = 0.0f;
     doubt->maybe = doubt->never = (*p != *p) & (*p == *p); // none
     for (uint k = 0; k < TAPE_POINT; k++) {
         v[k].f = range_ahead(o[k], e[k], *p, *q);
         v[k].d = (Range){e[k], e[k]};
+        v[k].at = range_ahead(o[k], e[k], *p, *p);
     }
     for (uint k = 0; k < tape->count; k++) {
         TapeStep step = tape->steps[k];
         uint op = TAPE_OP(step.word);
+        int literal = (step.word & TAPE_LITERAL) != 0;
         Dual a = v[TAPE_A(step.word)], b, r;
-        if (op == TAPE_SELECT) {
-            r = dual_select(a, v[step.b & 0xffffu], v[step.b >> 16]);
+        if (!literal && takes_second(op)) {
+            b = v[step.b];
         } else {
-            if (!(step.word & TAPE_LITERAL) && takes_second(op)) {
-                b = v[step.b];
-            } else {
-                b.f = range_literal(step.b);
-                b.d.low = b.d.high = 0.0f;
+            b.f = b.at = range_literal(step.b);
+            b.d = (Range){zero, zero};
+        }
+        switch (op) {
+        case TAPE_NUMBER: r = b; break;
+        case TAPE_BACK_SUB:
+        case TAPE_SUB:
+            if (op == TAPE_SUB) b = dual_negated(b);
+            else a = dual_negated(a);
+            // fall through
+        case TAPE_ADD:
+            r.f = range_add(a.f, b.f);
+            r.at = range_add(a.at, b.at);
+            r.d = a.d;
+            if (!literal) {
+                r.d = range_add(a.d, b.d);
+                dual_narrow(&r, length, doubt->maybe);
             }
-            r.f = step_range(step, a.f, b.f, doubt);
-            r.d = step_slope(step, a, b, r.f);
+            break;
+        case TAPE_MUL:
+            if (literal) {
+                float factor = as_float(step.b);
+                r = (Dual){range_scale(a.f, factor), range_scale(a.d, factor), range_scale(a.at, factor)};
+            } else {
+                r.f = range_mul(a.f, b.f);
+                r.at = range_mul(a.at, b.at);
+                r.d = range_add(range_mul(a.d, b.f), range_mul(a.f, b.d));
+                dual_narrow(&r, length, doubt->maybe);
+            }
+            break;
+        case TAPE_MIN: r = dual_min(a, b, length); break;
+        case TAPE_MAX: r = dual_negated(dual_min(dual_negated(a), dual_negated(b), length)); break;
+        case TAPE_NEG: r = dual_negated(a); break;
+        case TAPE_SQUARE:
+            r.f = range_square(a.f);
+            r.at = range_square(a.at);
+            r.d = range_mul((Range){2.0f * a.f.low, 2.0f * a.f.high}, a.d);
+            dual_narrow(&r, length, doubt->maybe);
+            break;
+        case TAPE_SELECT: r = dual_select(a, v[step.b & 0xffffu], v[step.b >> 16]); break;
+        default:
+            rare_dual(step, &a, &b, doubt, &r);
+            dual_narrow(&r, length, doubt->maybe);
+            break;
         }
         v[TAPE_POINT + k] = r;
     }

@@ -13,7 +13,8 @@
 //   POV-Ray       its trace time (its own words) at the same size, one thread; where `povray` is installed
 //
 // Then once: package to first picture with empty caches, source to first picture with empty caches, a union of 10,000 spheres, 100,000 quadrics, 100,000
-// scattered balls, 54 slabs in one free form, a free form that a patch displaces, and a million random rays against the oracle.
+// scattered balls, 54 slabs in one free form, a free form that a patch displaces, general fields (colonnade.vm and bear.vm in or beside the folder of
+// the scenes), and a million random rays against the oracle.
 #include <cjson/cJSON.h>
 #include <errno.h>
 #include <fcntl.h>
@@ -389,6 +390,52 @@ static void displacement(const Options *o, cJSON *json)
          cost[1], cost[0], cost[1] / cost[0]);
 }
 
+// General fields: expressions of the benchmark's folder, in its format (`scn import`), seen straight along -z at 1024 x 1024 without a shadow: the first hit
+// of every ray and its normal.
+static const struct {
+    const char *name, *place;
+} models[] = {{"colonnade", ".rotate(z: -30deg).rotate(x: -60deg).scale(1 / 0.7)"}, {"bear", ""}};
+
+// What is imported with a camera, in the work folder; false where there is none.
+static bool model_scene(const Options *o, size_t k, char scene[600])
+{
+    char vm[600], model[600], line[256];
+    snprintf(vm, sizeof vm, "%s/%s.vm", o->folder, models[k].name);
+    if (access(vm, R_OK)) snprintf(vm, sizeof vm, "%s/../%s.vm", o->folder, models[k].name);
+    if (access(vm, R_OK)) return false;
+    work_path(o, models[k].name, "-model.scn", model);
+    work_path(o, models[k].name, ".scn", scene);
+    Outcome imported = run(NULL, (const char *[]){o->scn, "import", vm, "-o", model, NULL});
+    free(imported.out);
+    FILE *in = fopen(model, "r"), *out = fopen(scene, "w");
+    bool good = imported.status == 0 && in && out;
+    while (good && fgets(line, sizeof line, in)) { // the last line is the field
+        fprintf(out, "%s%s", strncmp(line, "field(", 6) ? "" : "object model = ", line);
+    }
+    if (good)
+        fprintf(out,
+                "camera { eye: (0, 0, 1); look_at: (0, 0, 0); projection: \"orthographic\"; height: 2; }\n"
+                "light key { direction: (-1, -1, -2); shadow: false; }\nscene { model%s; }\n",
+                models[k].place);
+    if (in) fclose(in);
+    if (out) fclose(out);
+    return good;
+}
+
+static void general_fields(const Options *o, cJSON *json)
+{
+    char scene[600], key[64];
+    for (size_t k = 0; k < sizeof models / sizeof *models && o->folder; k++) {
+        if (!model_scene(o, k, scene)) continue;
+        Outcome one = bench(o, NULL, scene, "1"), two = bench(o, NULL, scene, "2");
+        snprintf(key, sizeof key, "%s_frame_cpu_ms", models[k].name);
+        note(json, key, field(one.out, "cpu_ms"),
+             "%s: first hits and normals %.1f ms CPU; %.1f ms wall with two threads", models[k].name,
+             field(one.out, "cpu_ms"), field(two.out, "wall_ms"));
+        free(one.out), free(two.out);
+    }
+}
+
 // A million rays: ten classes, 7 scenes each of 120 x 120.
 static bool random_rays(const Options *o, cJSON *json)
 {
@@ -482,6 +529,7 @@ int main(int argc, char **argv)
         big_union(&o, &arena, 100000, false, json);
         for (size_t k = 0; k < sizeof crowds / sizeof *crowds; k++) big_crowd(&o, crowds[k], json);
         displacement(&o, json);
+        general_fields(&o, json);
         if (o.rays) good = random_rays(&o, json);
     }
     char path[600], *text = cJSON_Print(json);
