@@ -1,6 +1,12 @@
 // The kernel: a work-group renders a tile. In order: the tile's list; for each packet the first hit, its leaf and normal; for each light the list
 // of what can shadow the tile's hits, and for each packet what is in between; shading and the film. All in one kernel, so what a tile's
 // passes give each other stays in the cache: 29 kB of local memory for packets of 1 (devices have 32 kB), 41 kB for packets of 16.
+//
+// Tried, and not worth it, in shares of a frame of S1 at 1024² (S2 alike): one packet of 16 a work-item instead of two, 20 … 27 % longer; tiles of 16 x 16,
+// 4 %; a list for each packet where the tile's is short, 3 %; the search of the first surface as one function for eye and lights, 6 %; what the film takes
+// stored through the cache, 6 %; perturbations added whether rays are in their supports or not, 1 %. Without gain: a parabola for the chord that roots
+// begin with (a tenth fewer steps, each dearer), leaving supports out of normals that no ray is in, a shorter way for packets that hit nothing (a sixth of an
+// empty picture), normals as a function, roots without one.
 
 typedef struct Buffers {
     __global const FrameConstants *frame;

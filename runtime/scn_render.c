@@ -54,8 +54,8 @@ static Program *full_program(ScnScene *scene, bool ready_only)
     return program_build(scene->device, &desc, &scene->failure);
 }
 
-// PoCL builds kernels without optimising them in a third of the time, 1.0 s instead of 2.3 s for a small scene and
-// 1.3 s instead of 4.6 s for one of many shapes. They give the same picture, bit for bit, since what the compiler may
+// PoCL builds kernels without optimising them in half the time, 1.2 s instead of 1.7 s for a small scene and 1.2 s
+// instead of 2.5 s for one of many shapes. They give the same picture, bit for bit, since what the compiler may
 // do with floating point is fixed before it optimises; they take three to six times as long for it. With general fields
 // nothing is gained: what is not optimised is so much code then that it takes longer to build.
 static Program *quick_program(ScnScene *scene)
