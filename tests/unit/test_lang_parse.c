@@ -460,14 +460,14 @@ static void bytes_without_sense_are_read_to_their_end(void **state)
 {
     unsigned seed = 1;
     for (int round = 0; round < 300; round++) {
-        char text[300];
-        for (size_t i = 0; i < sizeof text; i++) {
+        char text[301] = {0};
+        for (size_t i = 0; i < sizeof text - 1; i++) {
             seed = seed * 1664525u + 1013904223u;
             static const char marks[] = "(){}[];:,.\"\\=<>+-*/^|&~ \n0a#!%'\xC3\xA9";
             text[i] = round % 2 ? (char)(seed >> 24) : marks[(seed >> 16) % (sizeof marks - 1)];
         }
         Unit unit;
-        Node *file = parse_bytes(&unit, text, sizeof text);
+        Node *file = parse_bytes(&unit, text, sizeof text - 1);
         free(tree_text(&unit, file));
         free(printed(&unit, true));
         unit_release(&unit);
