@@ -204,11 +204,7 @@ static Value eval_repeat(Eval *e, const Node *node, const Call *call, const Valu
 {
     enum { STEP = 1, COUNT };
     double copies;
-    if (call->bound[COUNT].how == BOUND_DEFAULT) {
-        complain(e, node, DIAG_NOT_YET,
-                 "repeat without an end is not there yet in this version of scn: say how often, count: 10");
-        return value_bad();
-    }
+    if (call->bound[COUNT].how == BOUND_DEFAULT) return eval_endless(e, node, args[0].id, &args[STEP]);
     if (!copy_count(e, node, call, COUNT, &args[COUNT], &copies)) return value_bad();
     return eval_copies(e, node, &args[0], &args[STEP], copies, step_map);
 }

@@ -173,6 +173,9 @@ Value default_background(Eval *e);
 void default_lights(Eval *e, List *lights);
 IrId transform_parts(Eval *e, const Node *at, IrOp op, IrId part, IrId matrix);
 
+// --- elaborate_repeat.c
+Value eval_endless(Eval *e, const Node *node, IrId object, const Value *step); // repeat without a count
+
 // --- elaborate_operation.c
 Value eval_operation(Eval *e, const Node *node, const Call *call,
                      const Value *args);                                          // offset, shell, twist, …, attract

@@ -640,6 +640,18 @@ bool field_fold_height(const Ir *ir, const IrId operands[6], double *strength)
     return ok && isfinite(*strength);
 }
 
+bool field_fold_bounds(const Ir *ir, IrId expression, double low[3], double high[3])
+{
+    Constants c = {.ir = ir, .ok = true};
+    TapeSlots slots = {&c, constant_scalar};
+    PlanTape tape = {0};
+    TapeStep *steps;
+    bool ok = tape_new(&c.arena, ir, expression, &slots, &steps, &tape.count) && c.ok;
+    if (ok) tape_bounds(&(Plan){.tape_steps = steps}, &tape, c.values, low, high);
+    arena_release(&c.arena);
+    return ok;
+}
+
 bool field_fold_at(const Ir *ir, const IrId operands[4], double *f)
 {
     Constants c = {0};

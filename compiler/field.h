@@ -94,6 +94,8 @@ double field_steepness(FieldCode code, const double *values, const double frame[
 bool field_fold_place(const Ir *ir, const IrId operands[5], double result[12]);
 bool field_fold_surface(const Ir *ir, const IrId operands[7], double result[12]); // compiler/ray.h
 bool field_fold_height(const Ir *ir, const IrId operands[6], double *strength);
+// tape_bounds() of an expression of the point (compiler/tape.h). False where it is not const but for the point.
+bool field_fold_bounds(const Ir *ir, IrId expression, double low[3], double high[3]);
 bool field_fold_at(const Ir *ir, const IrId operands[4], double *f);
 bool field_fold_steepness(const Ir *ir, const IrId operands[4], double *steepness);
 

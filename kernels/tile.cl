@@ -194,7 +194,7 @@ PASS int primary_hits(const Buffers *b, Tile *tile, uint stages)
         UINT leaf = NO_LEAF;
         if (ray.count) {
             FLOAT w = first_surface(&ray, view->start, view->limit, &leaf, &tile->inside);
-            INT hit = w < view->limit;
+            INT hit = (w < view->limit) & (leaf != NO_LEAF); // what nothing decided is no surface: rounding at the eye
             leaf = hit ? leaf : (UINT)(NO_LEAF);
             if (ANY(hit)) {
                 Vector n = surface_normal(&ray, frame->leaf_count, leaf, hit, w);

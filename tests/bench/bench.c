@@ -13,7 +13,7 @@
 //   POV-Ray       its trace time (its own words) at the same size, one thread; where `povray` is installed
 //
 // Then once: package to first picture with empty caches, source to first picture with empty caches, a union of 10,000 spheres, 100,000 quadrics, 100,000
-// scattered balls, 54 slabs in one free form, a free form that a patch displaces, general fields (colonnade.vm and bear.vm in or beside the folder of
+// scattered balls, 54 slabs in one free form, a free form that a patch displaces, 240 frames of a form that moves, with one kernel, general fields (colonnade.vm and bear.vm in or beside the folder of
 // the scenes), and a million random rays against the oracle.
 #include <cjson/cJSON.h>
 #include <errno.h>
@@ -436,6 +436,51 @@ static void general_fields(const Options *o, cJSON *json)
     }
 }
 
+// A morph of free forms and a tool that follows a ray, both in motion: 240 frames of 512 x 512, as a scene's author sees them.
+static const char motion[] =
+    "camera { eye: (0.6, 1, 4.5); look_at: (0, 0, 0); fov: 36deg; }\n"
+    "light { direction: (-0.9, -1, -0.6); }\n"
+    "animation { duration: 10s; fps: 24; }\n"
+    "object pebble = freeform(ellipsoid(1.2, 0.8, 1)) {\n"
+    "    for i in 0 .. 24 { bump(at: polar(0.6, 15deg * i) + (0, 0, 0.8 - 0.06 * i), radius: 0.25, height: 0.08); }\n"
+    "};\n"
+    "object stone = freeform(sphere(1)) { perturb(sphere(0.7).move(0.7, 0.3, 0.2), strength: 3); };\n"
+    "let way = (3 * cos(36deg * (time / 1s)), 1, 3 * sin(36deg * (time / 1s)));\n"
+    "freeform(morph(pebble, stone, 0.5 + 0.5 * sin(90deg * (time / 1s)))) {\n"
+    "    bump(on: surface(from: way), radius: 0.5, height: 0.2);\n"
+    "}\n";
+
+static bool moving_form(const Options *o, cJSON *json)
+{
+    enum { FRAMES = 240 };
+    char scene[600], stats[600], frames[600];
+    work_path(o, "motion", ".scn", scene);
+    work_path(o, "motion", ".stats.json", stats);
+    work_path(o, "motion", ".####.png", frames);
+    FILE *file = fopen(scene, "w");
+    if (!file) return false;
+    fputs(motion, file);
+    fclose(file);
+    Outcome all = run(NULL, (const char *[]){o->scn, "render", scene, "--size", "512x512", "--kernels", "full",
+                                             "--frames", "0..239", "-o", frames, "-q", "--stats", stats, NULL});
+    double builds = 0, ms = 0;
+    FILE *read = all.status ? NULL : fopen(stats, "r");
+    if (read) {
+        char text[4096] = {0};
+        size_t length = fread(text, 1, sizeof text - 1, read);
+        text[length] = 0;
+        builds = field(text, "kernel_builds");
+        ms = field(text, "frames_ms");
+        fclose(read);
+    }
+    note(json, "motion_frames_per_s", ms > 0 ? 1000 * FRAMES / ms : 0,
+         "motion: a morph and a tool in %d frames of 512 x 512, %.0f a second, kernels built: %.0f", FRAMES,
+         ms > 0 ? 1000 * FRAMES / ms : 0, builds);
+    cJSON_AddNumberToObject(json, "motion_kernel_builds", builds);
+    free(all.out);
+    return all.status == 0 && builds <= 1; // the one that it began with
+}
+
 // A million rays: ten classes, 7 scenes each of 120 x 120.
 static bool random_rays(const Options *o, cJSON *json)
 {
@@ -531,6 +576,8 @@ int main(int argc, char **argv)
         displacement(&o, json);
         general_fields(&o, json);
         if (o.rays) good = random_rays(&o, json);
+        good = moving_form(&o, json);
+        if (o.rays) good = random_rays(&o, json) && good;
     }
     char path[600], *text = cJSON_Print(json);
     work_path(&o, "bench", ".json", path);

@@ -7,9 +7,9 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-const char *const scene_class_names[SCENE_CLASSES] = {"quadrics",  "degenerate", "freeform", "bases", "sets",
-                                                      "free sets", "eye inside", "families", "faces", "lights",
-                                                      "morphs",    "fields",     "steep"};
+const char *const scene_class_names[SCENE_CLASSES] = {"quadrics",  "degenerate", "freeform", "bases",     "sets",
+                                                      "free sets", "eye inside", "families", "faces",     "lights",
+                                                      "morphs",    "fields",     "steep",    "operations"};
 
 typedef struct Maker {
     FILE *out;
@@ -501,6 +501,99 @@ static void fields(Maker *m)
     fprintf(m->out, ")");
 }
 
+// -- operations --------------------------------------------------------------------------------------------------------------
+
+static void solid(Maker *m)
+{
+    switch (below(m, 4)) {
+    case 0: ball(m, 0.3, 0.6); return;
+    case 1:
+        fprintf(m->out, "ellipsoid(%.9g, %.9g, %.9g)", length(m, 0.3, 0.7), length(m, 0.3, 0.7), length(m, 0.3, 0.7));
+        return;
+    case 2: fprintf(m->out, "box(%.9g, %.9g, %.9g)", length(m, 0.3, 1), length(m, 0.3, 1), length(m, 0.3, 1)); return;
+    default: fprintf(m->out, "cylinder(radius: %.9g, height: %.9g)", length(m, 0.2, 0.5), length(m, 0.4, 1)); return;
+    }
+}
+
+static void blend(Maker *m)
+{
+    static const char *const words[] = {"union", "intersect", "subtract"};
+    fprintf(m->out, "%s(", words[below(m, 3)]);
+    solid(m);
+    fprintf(m->out, ", ");
+    solid(m);
+    transform(m, 0.3);
+    if (below(m, 3))
+        fprintf(m->out, ", blend: %.9g)", length(m, 0.05, 0.3));
+    else
+        fprintf(m->out, ", style: \"rfunction\")");
+}
+
+static void warp(Maker *m)
+{
+    solid(m);
+    switch (below(m, 5)) {
+    case 0: fprintf(m->out, ".twist(rate: %.9gdeg)", any(m, -90, 90) / m->size); return;
+    case 1: fprintf(m->out, ".bend(rate: %.9gdeg)", any(m, -40, 40) / m->size); return;
+    case 2:
+        fprintf(m->out, ".taper(z: %.9g .. %.9g, to: %.9g)", length(m, -0.6, -0.2), length(m, 0.2, 0.6),
+                any(m, 0.3, 1.5));
+        return;
+    case 3:
+        fprintf(m->out, ".stretch(z: %.9g .. %.9g, by: %.9g)", length(m, -0.3, -0.1), length(m, 0.1, 0.3),
+                any(m, 0.4, 2));
+        return;
+    default:
+        fprintf(m->out, ".attract(at: (%.9g, 0, %.9g), radius: %.9g, amount: %.9g)", length(m, -0.4, 0.4),
+                length(m, -0.4, 0.4), length(m, 0.4, 0.9), any(m, -0.6, 0.6));
+    }
+}
+
+// One of everything that the exact classes are not closed under, and what they are.
+static void operation(Maker *m)
+{
+    switch (below(m, 8)) {
+    case 0:
+        solid(m);
+        fprintf(m->out, ".offset(radius: %.9g)", length(m, 0.05, 0.3));
+        return;
+    case 1:
+        ball(m, 0.5, 0.8);
+        fprintf(m->out, ".scale(1, %.9g, %.9g).offset(radius: %.9g)", any(m, 0.8, 1.2), any(m, 0.8, 1.2),
+                length(m, -0.2, -0.05));
+        return;
+    case 2:
+        solid(m);
+        fprintf(m->out, ".offset(normal: %.9g)", length(m, 0.02, 0.1));
+        return;
+    case 3:
+        fprintf(m->out, "(shell(sphere(%.9g), %.9g) & halfspace((%.3f, 1, 0.2)))", length(m, 0.4, 0.7),
+                length(m, 0.05, 0.2), any(m, -1, 1));
+        return;
+    case 4:
+        fprintf(m->out, "(");
+        solid(m);
+        fprintf(m->out, ".scale(0.4).repeat((%.9g, 0, %.9g)) & sphere(%.9g))", length(m, 0.5, 0.9),
+                length(m, -0.3, 0.3), length(m, 0.9, 1.1));
+        return;
+    case 5:
+        fprintf(m->out, "morph(");
+        field_of(m);
+        fprintf(m->out, ", ");
+        solid(m);
+        fprintf(m->out, ", %.3f)", any(m, 0.2, 0.8));
+        return;
+    case 6: blend(m); return;
+    default: warp(m);
+    }
+}
+
+static void operations(Maker *m)
+{
+    operation(m);
+    transform(m, 0.3);
+}
+
 // -- the rest of the scene -------------------------------------------------------------------------------------------------------
 
 static void camera(Maker *m, bool near)
@@ -566,6 +659,7 @@ static void object(Maker *m, SceneClass kind)
     case SCENE_MORPHS: morph(m); return;
     case SCENE_FIELDS: fields(m); return;
     case SCENE_STEEP: steep(m); return;
+    case SCENE_OPERATIONS: operations(m); return;
     default: faces(m); return;
     }
 }

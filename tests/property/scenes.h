@@ -19,6 +19,7 @@ typedef enum SceneClass {
     SCENE_MORPHS,     // morphs and keys of quadrics, free forms and sets, at rest and in motion, painted, cut, deformed
     SCENE_FIELDS, // general fields of random expressions, cut to size, moved and deformed, alone and in set operations
     SCENE_STEEP,  // narrow and strong perturbations seen from near: polynomials that are steep, flat, and nearly touch
+    SCENE_OPERATIONS, // offsets, blends and warps of quadrics, sets and fields, copies, morphs of them
     SCENE_CLASSES
 } SceneClass;
 
