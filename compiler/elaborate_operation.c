@@ -155,7 +155,7 @@ static const char *radius_text(RadiusProblem problem)
     case RADIUS_SIGN:
         return "a radius of several parts that is not known when compiled is not there yet in this version of scn: "
                "offset "
-               "each part, or write a number";
+               "each part, or write a number, or a param with a range that begins or ends at 0";
     default:
         return "an offset by a radius of free forms, general fields and morphs is not there yet in this version of "
                "scn: offset "
@@ -163,11 +163,11 @@ static const char *radius_text(RadiusProblem problem)
     }
 }
 
-static IrId offset_radius(Operation *o, IrId object, Scalar radius)
+static IrId offset_radius(Operation *o, IrId object, Scalar radius, RadiusSign sign)
 {
     RadiusProblem problem;
     Span where;
-    IrId id = radius_offset(o->ir, object, scalar_id(o->e, radius), &problem, &where);
+    IrId id = radius_offset(o->ir, object, scalar_id(o->e, radius), sign, &problem, &where);
     if (problem == RADIUS_MANY) {
         object_or_report(o, 0);
     } else if (problem) {
@@ -195,7 +195,7 @@ static Value eval_offset(Operation *o, const Call *call, const Value *args)
             return value_bad();
         return offset_normal(o, args[OFFSET_OF].id, args[OFFSET_NORMAL].scalar, unnormalised != 0);
     }
-    IrId id = offset_radius(o, args[OFFSET_OF].id, args[OFFSET_RADIUS].scalar);
+    IrId id = offset_radius(o, args[OFFSET_OF].id, args[OFFSET_RADIUS].scalar, RADIUS_ANY);
     return id ? value_node(TYPE_OBJECT, id) : value_bad();
 }
 
@@ -203,8 +203,8 @@ static Value eval_shell(Operation *o, const Call *call, const Value *args)
 {
     test_bounds(o->e, bound_node(call, 1, o->node), args[1].scalar, 0, true, INFINITY, "a thickness is greater than 0");
     Scalar half = scalar_op2(o->e, OP_MUL, o->node, args[1].scalar, scalar_of(0.5));
-    IrId outer = offset_radius(o, args[0].id, half), inner = 0;
-    if (outer) inner = offset_radius(o, args[0].id, scalar_op1(o->e, OP_NEG, o->node, half));
+    IrId outer = offset_radius(o, args[0].id, half, RADIUS_GROWS), inner = 0;
+    if (outer) inner = offset_radius(o, args[0].id, scalar_op1(o->e, OP_NEG, o->node, half), RADIUS_SHRINKS);
     if (!inner) return value_bad();
     return value_node(TYPE_OBJECT, op2(o, OP_INTERSECT, outer, op1(o, OP_COMPLEMENT, inner)));
 }

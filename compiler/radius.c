@@ -20,7 +20,7 @@ typedef struct Form {
 #define FORM_ERROR 1e-12
 
 typedef struct Offset {
-    Pairs radii; // contexts: the radius of each, a scalar
+    Pairs radii; // contexts: the radius of each, a scalar, and its RadiusSign
     RadiusProblem problem;
     Span where;
 } Offset;
@@ -314,7 +314,8 @@ static uint32_t below(Walk *walk, IrId id, uint32_t context)
     double value;
     IrId opposite = ir_is_const(walk->ir, radius, &value) ? ir_const(walk->ir, 0 - value)
                                                           : ir_op1(walk->ir, OP_NEG, ir_at(walk->ir, id)->span, radius);
-    return pairs_index(&o->radii, opposite, 0, NULL);
+    uint32_t sign = o->radii.list[context].b;
+    return pairs_index(&o->radii, opposite, sign ? RADIUS_GROWS + RADIUS_SHRINKS - sign : RADIUS_ANY, NULL);
 }
 
 static void down(Walk *walk, IrId id, uint32_t context)
@@ -331,11 +332,11 @@ static IrId offset_set(Walk *walk, IrId id, uint32_t context)
     Offset *o = walk->pass;
     Ir *ir = walk->ir;
     IrId radius = o->radii.list[context].a;
-    double value;
-    if (!ir_is_const(ir, radius, &value)) return failed(o, ir, id, RADIUS_SIGN);
-    bool simple = ir_at(ir, id)->op == OP_UNION ? value >= 0 : value <= 0;
+    RadiusSign sign = (RadiusSign)o->radii.list[context].b;
+    if (sign == RADIUS_ANY) return failed(o, ir, id, RADIUS_SIGN);
+    bool simple = (ir_at(ir, id)->op == OP_UNION) == (sign == RADIUS_GROWS);
     if (simple) return walk_rebuild(walk, id, context);
-    IrId grown = value > 0 ? grown_corner(ir, id, radius) : 0;
+    IrId grown = sign == RADIUS_GROWS ? grown_corner(ir, id, radius) : 0;
     return grown ? grown : failed(o, ir, id, RADIUS_CORNER);
 }
 
@@ -356,7 +357,20 @@ static IrId up(Walk *walk, IrId id, uint32_t context)
     }
 }
 
-IrId radius_offset(Ir *ir, IrId object, IrId radius, RadiusProblem *problem, Span *where)
+// Of a number, and of a handle with a range.
+static RadiusSign sign_of(const Ir *ir, IrId radius, RadiusSign said)
+{
+    double value;
+    if (ir_is_const(ir, radius, &value)) return value >= 0 ? RADIUS_GROWS : RADIUS_SHRINKS;
+    for (uint32_t k = 0; said == RADIUS_ANY && ir_at(ir, radius)->op == OP_PARAM && k < ir->param_count; k++) {
+        const IrParam *param = &ir->params[k];
+        if (param->structure || !param->ranged || param->slot != ir_at(ir, radius)->index) continue;
+        said = param->low >= 0 ? RADIUS_GROWS : param->high <= 0 ? RADIUS_SHRINKS : RADIUS_ANY;
+    }
+    return said;
+}
+
+IrId radius_offset(Ir *ir, IrId object, IrId radius, RadiusSign sign, RadiusProblem *problem, Span *where)
 {
     Arena scratch = {0};
     Offset o = {.radii = pairs_new(&scratch)};
@@ -365,7 +379,8 @@ IrId radius_offset(Ir *ir, IrId object, IrId radius, RadiusProblem *problem, Spa
     *problem = RADIUS_DONE;
     if (is_zero(ir, radius)) return object;
     IrId leaves = object_leaves(ir, object);
-    if (leaves) result = walk_run(&walk, leaves, pairs_index(&o.radii, radius, 0, NULL), down, up);
+    if (leaves)
+        result = walk_run(&walk, leaves, pairs_index(&o.radii, radius, sign_of(ir, radius, sign), NULL), down, up);
     *problem = result ? o.problem : RADIUS_MANY;
     *where = o.where;
     arena_release(&scratch);

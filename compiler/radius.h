@@ -24,8 +24,12 @@ typedef enum RadiusProblem {
     RADIUS_MANY    // too many parts
 } RadiusProblem;
 
-// The object offset by the radius, a scalar of frame rate at most. Where there is a problem, `where` is the span of the
+// What is known of a radius that is not: a thickness is greater than 0, whatever it is in a frame.
+typedef enum RadiusSign { RADIUS_ANY, RADIUS_GROWS, RADIUS_SHRINKS } RadiusSign;
+
+// The object offset by the radius, a scalar of frame rate at most. Its sign is known of a number and of a handle whose range
+// is on one side of 0, and where the caller says so. Where there is a problem, `where` is the span of the
 // part that has it.
-IrId radius_offset(Ir *ir, IrId object, IrId radius, RadiusProblem *problem, Span *where);
+IrId radius_offset(Ir *ir, IrId object, IrId radius, RadiusSign sign, RadiusProblem *problem, Span *where);
 
 #endif

@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "compiler/eval.h"
+#include "compiler/field.h"
 #include "compiler/leaf.h"
 #include "compiler/param.h"
 #include "compiler/quadric.h"
@@ -296,6 +297,27 @@ static TreeNode *make_set(Maker *m, IrId id, const Around *around)
     return set;
 }
 
+// Where a general field is, of which the numbers are known by now; perturbations around it add what they reach.
+static Bounds field_box(const Maker *m, IrId id, const Around *around)
+{
+    Bounds whole = {{-INFINITY, -INFINITY, -INFINITY}, {INFINITY, INFINITY, INFINITY}}, box = whole, local;
+    IrId field = m->to[id];
+    if (!field || ir_at(m->fixed, field)->op != OP_FIELD || !around->mapped) return whole;
+    if (!field_fold_bounds(m->fixed, ir_operand(m->fixed, field, 0), local.low, local.high)) return whole;
+    if (bounds_empty(&local)) return local;
+    for (int i = 0; i < 3; i++) {
+        box.low[i] = box.high[i] = around->map[4 * i + 3];
+        for (int k = 0; k < 3; k++) {
+            double f = around->map[4 * i + k];
+            if (f == 0) continue; // of a side without an end too
+            box.low[i] += f * (f > 0 ? local.low[k] : local.high[k]);
+            box.high[i] += f * (f > 0 ? local.high[k] : local.low[k]);
+        }
+    }
+    for (const Added *added = around->added; added; added = added->up) box = tree_hull(box, &added->more);
+    return box;
+}
+
 static TreeNode *make_field(Maker *m, IrId id, const Around *around)
 {
     const IrNode *node = ir_at(m->ir, id);
@@ -324,8 +346,9 @@ static TreeNode *make_field(Maker *m, IrId id, const Around *around)
         return deformed;
     default: break;
     }
-    made = tree_node(m->tree, TREE_FIELD); // a general field: its bounds are not known here
-    made->cost = 1;
+    made = tree_node(m->tree, TREE_FIELD);
+    made->inside = field_box(m, id, around);
+    made->cost = tree_crossed(m->tree, &made->inside);
     return made;
 }
 

@@ -13,8 +13,8 @@
 //   POV-Ray       its trace time (its own words) at the same size, one thread; where `povray` is installed
 //
 // Then once: package to first picture with empty caches, source to first picture with empty caches, a union of 10,000 spheres, 100,000 quadrics, 100,000
-// scattered balls, 54 slabs in one free form, a free form that a patch displaces, 240 frames of a form that moves, with one kernel, general fields (colonnade.vm and bear.vm in or beside the folder of
-// the scenes), and a million random rays against the oracle.
+// scattered balls, 54 slabs in one free form, a free form that a patch displaces, 240 frames of a form that moves, with one kernel, general fields
+// (colonnade.vm and bear.vm in or beside the folder of the scenes), and a million random rays against the oracle.
 #include <cjson/cJSON.h>
 #include <errno.h>
 #include <fcntl.h>
@@ -575,7 +575,6 @@ int main(int argc, char **argv)
         for (size_t k = 0; k < sizeof crowds / sizeof *crowds; k++) big_crowd(&o, crowds[k], json);
         displacement(&o, json);
         general_fields(&o, json);
-        if (o.rays) good = random_rays(&o, json);
         good = moving_form(&o, json);
         if (o.rays) good = random_rays(&o, json) && good;
     }

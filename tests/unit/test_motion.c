@@ -21,8 +21,8 @@ typedef struct Picture {
 
 static ScnScene *load(const char *text)
 {
-    ScnScene *scene =
-        scn_load(&(ScnSceneDesc){.path = "test.scn", .bytes = text, .size = strlen(text), .device = "cpu"});
+    ScnScene *scene = scn_load(
+        &(ScnSceneDesc){.path = "test.scn", .bytes = text, .size = strlen(text), .device = "cpu", .quick = true});
     if (!scene || scn_status(scene) != SCN_OK)
         fail_msg("%s%s\n%s", scn_diagnostics_text(scene, false), scn_error(scene), text);
     return scene;
@@ -123,12 +123,12 @@ static double worst(const float *a, const float *b, int count, int *different)
 static void a_morph_that_comes_to_an_end_is_the_object_there(void **state)
 {
     static Picture morphed, alone;
-    for (int k = 0; k < 18; k++) {
-        const char *a = kinds[k % 3], *b = kinds[k / 3 % 3];
+    for (int k = 0; k < 4; k++) {
+        const char *a = kinds[k % 2], *b = kinds[k % 2 + 1];
         char text[200];
-        snprintf(text, sizeof text, "morph(%s, %s, if time >= 0s { %d } else { %d })", a, b, k / 9, 1 - k / 9);
+        snprintf(text, sizeof text, "morph(%s, %s, if time >= 0s { %d } else { %d })", a, b, k / 2, 1 - k / 2);
         picture_of(text, &morphed);
-        picture_of(k / 9 ? b : a, &alone);
+        picture_of(k / 2 ? b : a, &alone);
         int different = 0, ids = 0;
         double d = worst(morphed.depth, alone.depth, PIXELS, &different);
         double n = worst(morphed.normal, alone.normal, 3 * PIXELS, &different);
