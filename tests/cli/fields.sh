@@ -62,10 +62,10 @@ run 3 "$scn" import none.vm
 says err 'cannot read none.vm'
 run 2 "$scn" import ball.vm -o a.scn -o b.scn
 
-# A surface that a ray only touches is finer than floats can tell: it is counted, said, and shown.
+# A skin of 5e-8 is finer than floats can tell: it is counted, said, and shown.
 cat >touch.scn <<'EOF'
 camera { eye: (0, 0, 5); look_at: (0, 0, 0); fov: 40deg; }
-field(-(x^2 + y^2 + z^2 - 1)^2 * (x^2 + y^2 + z^2 - 0.25));
+field((1e-14 - (x^2 + y^2 + z^2 - 1)^2) * (x^2 + y^2 + z^2 - 0.25));
 EOF
 run 0 "$scn" render touch.scn -o touch.png --size 32x32 --stats stats.json
 says err 'rays meet a general field where it is finer than floats can tell'
