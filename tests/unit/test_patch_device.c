@@ -421,10 +421,14 @@ static void divergence_is_caught(void **state)
 static void handles_are_free(void **state)
 {
     enum { nodes = 17 };
+    char folder[] = "/tmp/scn-patch-XXXXXX", command[64];
+    assert_non_null(mkdtemp(folder));
+    setenv("XDG_CACHE_HOME", folder, 1);
     PatchDevice *patches = make(nodes, 1);
     PatchModel model = patch_model_base(nodes);
     PatchHost *host = host_of(&model);
     int builds = patch_device_builds(patches);
+    assert_int_equal(builds, 1);
     for (int t = 0; t < 20; t++) {
         model.step = 1e-3 * (1 + 0.1 * (t % 5));
         model.density = 0.1 + 0.01 * t;
@@ -442,9 +446,6 @@ static void handles_are_free(void **state)
     assert_int_equal(patch_device_builds(patches), builds);
     patch_host_free(host);
     // What is stored is not built again.
-    char folder[] = "/tmp/scn-patch-XXXXXX", command[64];
-    assert_non_null(mkdtemp(folder));
-    setenv("XDG_CACHE_HOME", folder, 1);
     NEED(patch_device_store(patches, &failure));
     patch_device_free(patches);
     patches = make(nodes, 1);
