@@ -312,6 +312,16 @@ static bool is_called(const PlanShape *shape)
     return shape->leaf_count > 1;
 }
 
+// Unions of quadrics alone are found without a bound.
+static bool uses_bound(const Emitter *e)
+{
+    for (uint32_t k = 0; k < e->shape->node_count; k++) {
+        ShapeNodeKind kind = (ShapeNodeKind)e->shape->nodes[k].kind;
+        if (kind != SHAPE_QUADRIC && kind != (e->leave ? SHAPE_INTERSECT : SHAPE_UNION)) return true;
+    }
+    return false;
+}
+
 static void emit_shape_function(Emitter *e, uint32_t index, bool leave)
 {
     e->shape = &e->plan->shapes[index];
@@ -323,7 +333,7 @@ static void emit_shape_function(Emitter *e, uint32_t index, bool leave)
          called ? "const FLOAT *from, const FLOAT *to" : "FLOAT t, FLOAT bound");
     line(e, "{");
     e->depth++;
-    if (called) line(e, "FLOAT t = *from, bound = *to;");
+    if (called) line(e, uses_bound(e) ? "FLOAT t = *from, bound = *to;" : "FLOAT t = *from;");
     const PlanShapeNode *root = &e->shape->nodes[0];
     if (e->shape->leaf_count == 1 && root->kind != SHAPE_GROUP) {
         line(e, "*decided = ray->nodes[id].rank;");

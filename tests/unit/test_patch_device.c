@@ -40,6 +40,16 @@ static void needs_device(void)
     if (!device) skip();
 }
 
+// A device holds the solver's program for all of its patches: another one begins without.
+static void reopen_device(void)
+{
+    needs_device();
+    int width = device->width;
+    device_close(device);
+    device = device_open(&(DeviceDesc){.choice = "cpu", .width = width}, &failure);
+    NEED(device);
+}
+
 static PatchDevice *make(int nodes, int count)
 {
     needs_device();
@@ -424,6 +434,7 @@ static void handles_are_free(void **state)
     char folder[] = "/tmp/scn-patch-XXXXXX", command[64];
     assert_non_null(mkdtemp(folder));
     setenv("XDG_CACHE_HOME", folder, 1);
+    reopen_device();
     PatchDevice *patches = make(nodes, 1);
     PatchModel model = patch_model_base(nodes);
     PatchHost *host = host_of(&model);
@@ -448,6 +459,7 @@ static void handles_are_free(void **state)
     // What is stored is not built again.
     NEED(patch_device_store(patches, &failure));
     patch_device_free(patches);
+    reopen_device();
     patches = make(nodes, 1);
     assert_int_equal(patch_device_builds(patches), 0);
     PatchModel base = patch_model_base(nodes);
