@@ -149,10 +149,11 @@ NOINLINE void field_search(const Tape *tape, const FieldLine *line, const FLOAT 
                 Range there = field_bounds(tape, line, p, sign, memory);
                 at_p = range_choose(sure, at_p, there);
             }
-            // Floats know a place to `place` only, and F there no better than that: where F is no more anywhere, halves tell nothing new.
+            // Floats know a place to `place` only, and F there no better than to `noise`: where F is a quarter of that at most, halves tell nothing new. (Of all
+            // of it, rays along a face miss what is in front of it; of nothing, colonnade takes 540 ms instead of 490.)
             FLOAT noise = at_p.high - at_p.low;
             INT near = q - p <= 0.02f * (1.0f + size_of(p)); // farther the steepest slope says little
-            INT flat = open & sure & near & (r.f.high <= 2.0f * noise + least(place * most(size_of(r.d.low), size_of(r.d.high)), 4.0f * noise));
+            INT flat = open & sure & near & (r.f.high <= 0.25f * noise);
             INT positive = open & (at_p.high > 0.0f) & !at_root, certain = at_p.low > 0.0f;
             INT begins = positive & (certain | rising);
             uncertain = uncertain | (positive & !certain & falling);
