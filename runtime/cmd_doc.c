@@ -69,20 +69,6 @@ static bool choose_target(const Options *options, Target *target)
     return true;
 }
 
-static int write_whole(const char *path, const void *bytes, size_t size)
-{
-    WholeFile file;
-    Failure failure;
-    bool ok = whole_open(&file, path, command_unfinished(), &failure);
-    if (ok && !whole_write(&file, bytes, size, &failure)) {
-        whole_drop(&file);
-        ok = false;
-    }
-    if (ok && whole_finish(&file, &failure)) return EXIT_DONE;
-    command_error("%s", failure.text);
-    return EXIT_WORLD;
-}
-
 static int write_pictures(const Doc *doc, const Target *target)
 {
     int worst = EXIT_DONE;
@@ -95,7 +81,7 @@ static int write_pictures(const Doc *doc, const Target *target)
                     doc_picture_name(name, sizeof name, target->stem, entry->name, ++k);
                     snprintf(path, sizeof path, "%.*s%s", (int)(base_of(target->path) - target->path), target->path,
                              name);
-                    int status = example->png ? write_whole(path, example->png, example->png_size) : EXIT_DONE;
+                    int status = example->png ? command_write_file(path, example->png, example->png_size) : EXIT_DONE;
                     if (status > worst) worst = status;
                 }
             }
@@ -116,7 +102,7 @@ static int write_doc(const Doc *doc, const Target *target)
         doc_write_html(doc, out);
     if (!*target->path) return EXIT_DONE; // what fails is found when it is flushed
     fclose(out);
-    int status = write_whole(target->path, text, size);
+    int status = command_write_file(target->path, text, size);
     free(text);
     if (status == EXIT_DONE && target->markdown) status = write_pictures(doc, target);
     return status;

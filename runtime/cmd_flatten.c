@@ -11,26 +11,6 @@
 #include "runtime/file.h"
 #include "runtime/report.h"
 
-static int write_text(const Options *options, const char *text, size_t length)
-{
-    Failure failure;
-    WholeFile file;
-    const char *path = options->output_count ? options->outputs[0] : "-";
-    if (!strcmp(path, "-")) {
-        fwrite(text, 1, length, stdout); // what fails is found when it is flushed
-        return EXIT_DONE;
-    }
-    bool ok = whole_open(&file, path, command_unfinished(), &failure);
-    if (ok && whole_write(&file, text, length, &failure)) {
-        ok = whole_finish(&file, &failure);
-    } else if (ok) {
-        whole_drop(&file);
-        ok = false;
-    }
-    if (!ok) command_error("%s", failure.text);
-    return ok ? EXIT_DONE : EXIT_WORLD;
-}
-
 // The flattened text is read again, so that a mistake of scn is told here and not where it is used.
 static int format_and_write(const Options *options, Unit *unit, const char *text, size_t length)
 {
@@ -38,7 +18,7 @@ static int format_and_write(const Options *options, Unit *unit, const char *text
     if (source) parse_source(unit, source);
     FormatOptions format = {0};
     const char *result = source && !unit->errors ? format_source(unit, source, &format, &length) : NULL;
-    if (result) return write_text(options, result, length);
+    if (result) return command_write_file(options->output_count ? options->outputs[0] : "-", result, length);
     report_unit(unit);
     command_error("%s: in one file it would be another scene: this is a mistake of scn", options->files[0]);
     return EXIT_WORLD;

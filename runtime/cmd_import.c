@@ -7,26 +7,6 @@
 #include "runtime/file.h"
 #include "runtime/import_vm.h"
 
-static int write_scene(const Options *options, const char *text, size_t length)
-{
-    Failure failure;
-    WholeFile file;
-    const char *path = options->output_count ? options->outputs[0] : "-";
-    if (!strcmp(path, "-")) {
-        fwrite(text, 1, length, stdout); // what fails is found when it is flushed
-        return EXIT_DONE;
-    }
-    bool ok = whole_open(&file, path, command_unfinished(), &failure);
-    if (ok && whole_write(&file, text, length, &failure)) {
-        ok = whole_finish(&file, &failure);
-    } else if (ok) {
-        whole_drop(&file);
-        ok = false;
-    }
-    if (!ok) command_error("%s", failure.text);
-    return ok ? EXIT_DONE : EXIT_WORLD;
-}
-
 int command_import(const Options *options)
 {
     if (options->output_count > 1) {
@@ -44,7 +24,7 @@ int command_import(const Options *options)
     } else {
         const char *scene = import_vm(&arena, text, length, &scene_length, &failure);
         if (scene)
-            status = write_scene(options, scene, scene_length);
+            status = command_write_file(options->output_count ? options->outputs[0] : "-", scene, scene_length);
         else
             command_error("%s: %s", options->files[0], failure.text);
     }

@@ -73,7 +73,10 @@ bool command_time(const Options *options, const ScnScene *scene, double *time, d
 // Prints JSON to a stream and frees it; false where it cannot be written.
 bool command_json(FILE *out, cJSON *json);
 
-// The same into a file that appears whole, or for "-" to standard output. The exit status; what fails is printed.
+// Writes a file that appears whole, or for "-" to standard output. The exit status; what fails is printed.
+int command_write_file(const char *path, const void *bytes, size_t size);
+
+// command_json() in that way.
 int command_json_file(const char *path, cJSON *json);
 
 // Largest memory of the process so far, in bytes.

@@ -82,8 +82,6 @@ const char *device_error(cl_int status)
     }
 }
 
-// Puts PoCL's settings where the user has none. A number of threads is the user's word too, so it replaces what is
-// there.
 // Whether PoCL's threads, one for each processor, may be bound to processors 0, 1 …: all of the machine are allowed, and all are used, so that nothing
 // else is shut out. Where other programs run, Linux wakes both of two threads on one processor, and a frame is over before it moves one of them:
 // bound, S1, S4 and S5 take 4.5, 3.8 and 14.4 ms of a busy machine instead of 8.5, 6.6 and 20 … 27.
@@ -101,6 +99,7 @@ static bool can_bind(int threads)
 #endif
 }
 
+// Puts PoCL's settings where the user has none. A number of threads is the user's word too, so it replaces what is there.
 static void set_environment(int threads)
 {
     if (can_bind(threads)) setenv("POCL_AFFINITY", "1", 0);

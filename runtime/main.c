@@ -102,27 +102,36 @@ bool command_json(FILE *out, cJSON *json)
     return ok;
 }
 
-int command_json_file(const char *path, cJSON *json)
+int command_write_file(const char *path, const void *bytes, size_t size)
 {
     if (!strcmp(path, "-")) {
-        command_json(stdout, json); // what fails is found when it is flushed
+        fwrite(bytes, 1, size, stdout); // what fails is found when it is flushed
         return EXIT_DONE;
     }
-    char *text = cJSON_Print(json);
-    cJSON_Delete(json);
-    Failure failure = {"out of memory"};
+    Failure failure;
     WholeFile file;
-    bool ok = text && whole_open(&file, path, &unfinished, &failure);
-    if (ok) {
-        ok = whole_write(&file, text, strlen(text), &failure) && whole_write(&file, "\n", 1, &failure);
-        if (ok)
-            ok = whole_finish(&file, &failure);
-        else
-            whole_drop(&file);
+    bool ok = whole_open(&file, path, &unfinished, &failure);
+    if (ok && whole_write(&file, bytes, size, &failure)) {
+        ok = whole_finish(&file, &failure);
+    } else if (ok) {
+        whole_drop(&file);
+        ok = false;
     }
-    cJSON_free(text);
     if (!ok) command_error("%s", failure.text);
     return ok ? EXIT_DONE : EXIT_WORLD;
+}
+
+int command_json_file(const char *path, cJSON *json)
+{
+    char *text = NULL;
+    size_t size = 0;
+    FILE *out = open_memstream(&text, &size);
+    if (!out) abort(); // as in arena_alloc()
+    command_json(out, json);
+    fclose(out);
+    int status = command_write_file(path, text, size);
+    free(text);
+    return status;
 }
 
 void command_describe(const Options *options, CommandScene *scene)
