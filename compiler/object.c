@@ -10,7 +10,7 @@
 // The passes rewrite what the root reaches, so the object is the root for as long as they run.
 IrId object_leaves(Ir *ir, IrId object)
 {
-    static PassRun *const runs[] = {pass_transforms, pass_deformations};
+    static PassRun *const runs[] = {pass_polynomials, pass_transforms, pass_deformations};
     IrId root = ir->root, result = object;
     for (size_t k = 0; k < sizeof runs / sizeof *runs && result; k++) {
         Arena scratch = {0};

@@ -3,6 +3,7 @@
 #include <stddef.h>
 
 const Pass passes[PASS_COUNT] = {
+    {"polynomials", pass_polynomials, (const IrOp[]){OP_NONE}},
     {"transforms", pass_transforms, (const IrOp[]){OP_PTRANSFORM, OP_NONE}},
     {"deformations", pass_deformations, (const IrOp[]){OP_PTRANSFORM, OP_DEFORM, OP_NONE}},
     {"attributes", pass_attributes, (const IrOp[]){OP_PTRANSFORM, OP_DEFORM, OP_NONE}},

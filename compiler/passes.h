@@ -3,6 +3,7 @@
 // Each takes an IR and leaves one that means the same, F at every point included, in a form that the next can use. (One
 // difference: where something hidden is subtracted, F is no longer infinite, but as positive.)
 //
+//     polynomials   fields that are polynomials of degree 2 at most are quadrics.
 //     transforms    maps are at the quadrics. Those with const coefficients and const maps are folded into
 //                   coefficients; what moves stays TRANSFORM(QUADRIC), computed once a frame. General fields stay in
 //                   their own coordinates, TRANSFORM(FIELD). `grow` of perturbations is in their free term.
@@ -31,10 +32,10 @@ typedef struct Pass {
     const IrOp *gone; // operations that the scene's field no longer reaches, ended by OP_NONE
 } Pass;
 
-enum { PASS_COUNT = 5 };
+enum { PASS_COUNT = 6 };
 extern const Pass passes[PASS_COUNT];
 
-PassRun pass_transforms, pass_deformations, pass_attributes, pass_morphs, pass_sets;
+PassRun pass_polynomials, pass_transforms, pass_deformations, pass_attributes, pass_morphs, pass_sets;
 
 // What is wrong after a pass: ir_verify(), and operations that should be gone. NULL if nothing.
 const char *pass_verify(const Ir *ir, const Pass *pass);
