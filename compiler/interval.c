@@ -188,7 +188,7 @@ static Interval any_power(Interval a, Interval b)
     Interval r = monotone(exp, exponent);
     // the library's exp and log, and what the product of them adds
     double widen = 8 * DBL_EPSILON * (1 + fmax(fabs(exponent.low), fabs(exponent.high)));
-    r.low = isfinite(widen) ? below(r.low * (1 - widen), 1) : 0;
+    r.low = widen < 1 ? below(r.low * (1 - widen), 1) : 0;
     r.high = isfinite(widen) ? above(r.high * (1 + widen), 1) : INFINITY;
     r.low = fmax(r.low, 0);
     if (a.low <= 0 && b.high <= 0) r.high = INFINITY;

@@ -351,6 +351,7 @@ static Point unary_at(uint32_t op, Point a)
 
 static Point power_at(Point a, int32_t n)
 {
+    if (isnan(a.f)) return undefined(); // also to the power 0
     return chain(pow(a.f, n), a, n ? n * pow(a.f, n - 1) : 0);
 }
 
@@ -359,6 +360,13 @@ static Point lazy_at(uint32_t op, Point a, Point b)
     bool decided = op == TAPE_AND ? a.f == 0 : a.f != 0;
     if (isnan(a.f) || (!decided && isnan(b.f))) return undefined();
     return flat(truth(decided ? op == TAPE_OR : b.f != 0));
+}
+
+// a - b floor(a / b), exact: that difference itself would be lost where a / b is large.
+static double remainder_at(double a, double b)
+{
+    double r = fmod(a, b);
+    return r != 0 && (r < 0) != (b < 0) ? r + b : r;
 }
 
 static Point binary_at(uint32_t op, Point a, Point b)
@@ -375,13 +383,15 @@ static Point binary_at(uint32_t op, Point a, Point b)
     case TAPE_BACK_DIV: return chain2(g / f, b, 1 / f, a, -g / (f * f));
     case TAPE_MIN: return f <= g ? a : b;
     case TAPE_MAX: return f >= g ? a : b;
-    case TAPE_POW: return chain2(pow(f, g), a, g * pow(f, g - 1), b, f > 0 ? pow(f, g) * log(f) : 0);
+    case TAPE_POW: // whole powers that are known are TAPE_POWER
+        if (f < 0) return undefined();
+        return chain2(pow(f, g), a, g * pow(f, g - 1), b, f > 0 ? pow(f, g) * log(f) : 0);
     case TAPE_LSE: {
         double most = fmax(f, g), r = isinf(most) ? most : most + log1p(exp(-fabs(f - g)));
-        return chain2(r, a, exp(f - r), b, exp(g - r));
+        return chain2(r, a, 1 / (1 + exp(g - f)), b, 1 / (1 + exp(f - g)));
     }
     case TAPE_ATAN2: return chain2(atan2(f, g), a, g / (f * f + g * g), b, -f / (f * f + g * g));
-    case TAPE_MOD: return chain2(g == 0 ? NAN : f - g * floor(f / g), a, 1, b, -floor(f / g));
+    case TAPE_MOD: return chain2(remainder_at(f, g), a, 1, b, -floor(f / g));
     case TAPE_LT: return flat(truth(f < g));
     case TAPE_LE: return flat(truth(f <= g));
     case TAPE_EQ: return flat(truth(f == g));
