@@ -3,13 +3,16 @@
 //     scn-bench --scn SCN --work FOLDER [--size N] [--repeat N] [--stride N] [--no-pov] [--no-rays] [SCENES]
 //
 // SCENES is a folder of S1.json … S5.json; without it five scenes of the same kinds are made by a seeded generator. Everything is written to the work folder and
-// left there to look at: the scenes as SCN and for POV-Ray, pictures, bench.json. All that is compared is measured in one run, one after the other,
-// each by the CPU time of its process:
+// left there to look at: the scenes as SCN and for POV-Ray, pictures, bench.json. All that is compared is measured in one run, by the CPU time of its
+// process, in rounds: one thread, two threads, the reference, and again, so that what else the machine does meets all of them alike. Figures are medians of
+// the rounds, ratios the medians of the ratios of each round.
 //
-//   cpu           median CPU time of a frame of N x N, one primary and one shadow ray, one thread; scn bench
+//   cpu           CPU time of a frame of N x N, one primary and one shadow ray, one thread; scn bench, the median of the frames of a round
 //   two           wall time with one thread divided by wall time with two
 //   build, start  the kernels' build and the time to the end of the first frame, with an empty cache
 //   reference     the plain scalar double renderer (tests/oracle), every 8th pixel of every 8th line, times 64
+//   noise         how far the rounds' ratios to the reference are apart; where wall time is much more than CPU time, others use the
+//                 processors too, and "two" tells nothing: it has a question mark then
 //   POV-Ray       its trace time (its own words) at the same size, one thread; where `povray` is installed
 //
 // Then once: package to first picture with empty caches, source to first picture with empty caches, a union of 10,000 spheres, 100,000 quadrics, 100,000
@@ -46,7 +49,13 @@ typedef struct Outcome { // of a command
 typedef struct Row {
     const char *name;
     double cpu, wall_one, wall_two, rays_per_s, build, start, reference, pov, peak_mb;
+    double two, times; // medians of ratios
+    double noise;      // of `times`: what the rounds are apart, over their median
+    bool busy;
 } Row;
+
+#define ROUNDS 5
+#define BUSY   1.15 // wall time over CPU time of one thread, beyond which others use its processor
 
 // -- processes -----------------------------------------------------------------------------------------------------------------
 
@@ -149,13 +158,18 @@ static void write_scene(const BenchScene *scene, const char *path, void (*write)
     fclose(file);
 }
 
-static Outcome bench(const Options *o, const char *cache, const char *path, const char *threads)
+static Outcome bench_frames(const Options *o, const char *cache, const char *path, const char *threads, int frames)
 {
     char size[32], repeat[16];
     snprintf(size, sizeof size, "%dx%d", o->size, o->size);
-    snprintf(repeat, sizeof repeat, "%d", o->repeat);
+    snprintf(repeat, sizeof repeat, "%d", frames);
     return run(cache, (const char *[]){o->scn, "bench", path, "--size", size, "--repeat", repeat, "--threads", threads,
                                        "--json", NULL});
+}
+
+static Outcome bench(const Options *o, const char *cache, const char *path, const char *threads)
+{
+    return bench_frames(o, cache, path, threads, o->repeat);
 }
 
 static double reference(const Options *o, const char *path)
@@ -189,24 +203,61 @@ static double pov(const Options *o, const BenchScene *scene)
     return ms;
 }
 
+static double over(double a, double b)
+{
+    return b > 0 ? a / b : 0;
+}
+
+static int compare_doubles(const void *a, const void *b)
+{
+    double x = *(const double *)a, y = *(const double *)b;
+    return x < y ? -1 : x > y;
+}
+
+// Sorts them.
+static double median(double *values, int count)
+{
+    qsort(values, (size_t)count, sizeof *values, compare_doubles);
+    return count % 2 ? values[count / 2] : (values[count / 2 - 1] + values[count / 2]) / 2;
+}
+
+// All rounds of a scene; the first one has an empty cache.
 static Row measure(const Options *o, const BenchScene *scene)
 {
     Row row = {.name = scene->name};
+    double cpu[ROUNDS], one[ROUNDS], two[ROUNDS], reference_ms[ROUNDS], faster[ROUNDS], times[ROUNDS], rays[ROUNDS],
+        busy[ROUNDS];
+    int rounds = o->repeat < ROUNDS ? o->repeat : ROUNDS, frames = (o->repeat + rounds - 1) / rounds;
     char path[600], cache[600];
     work_path(o, scene->name, ".scn", path);
     write_scene(scene, path, bench_write_scn);
-    Outcome one = bench(o, fresh_cache(o, cache), path, "1");
-    row.cpu = field(one.out, "cpu_ms");
-    row.wall_one = field(one.out, "wall_ms");
-    row.rays_per_s = field(one.out, "rays_per_s");
-    row.build = field(one.out, "build_ms");
-    row.start = field(one.out, "start_up_ms");
-    row.peak_mb = one.peak_mb;
-    free(one.out);
-    Outcome two = bench(o, cache, path, "2");
-    row.wall_two = field(two.out, "wall_ms");
-    free(two.out);
-    row.reference = reference(o, path);
+    fresh_cache(o, cache);
+    for (int k = 0; k < rounds; k++) {
+        Outcome single = bench_frames(o, cache, path, "1", frames), both = bench_frames(o, cache, path, "2", frames);
+        cpu[k] = field(single.out, "cpu_ms");
+        one[k] = field(single.out, "wall_ms");
+        two[k] = field(both.out, "wall_ms");
+        rays[k] = field(single.out, "rays_per_s");
+        reference_ms[k] = reference(o, path);
+        faster[k] = over(one[k], two[k]);
+        times[k] = over(reference_ms[k], cpu[k]);
+        busy[k] = over(one[k], cpu[k]);
+        if (k == 0) {
+            row.build = field(single.out, "build_ms");
+            row.start = field(single.out, "start_up_ms");
+            row.peak_mb = single.peak_mb;
+        }
+        free(single.out), free(both.out);
+    }
+    row.cpu = median(cpu, rounds);
+    row.wall_one = median(one, rounds);
+    row.wall_two = median(two, rounds);
+    row.rays_per_s = median(rays, rounds);
+    row.reference = median(reference_ms, rounds);
+    row.two = median(faster, rounds);
+    row.times = median(times, rounds);
+    row.noise = over(times[rounds - 1] - times[0], row.times);
+    row.busy = median(busy, rounds) > BUSY;
     if (o->pov) row.pov = pov(o, scene);
     return row;
 }
@@ -216,19 +267,15 @@ static void print_head(const Options *o)
     printf("%dx%d, one primary and one shadow ray, one thread; the reference every %dth pixel of every %dth line, "
            "scaled\n\n",
            o->size, o->size, o->stride, o->stride);
-    printf("%-6s %10s %6s %9s %10s %10s %9s %12s %8s %12s %8s\n", "scene", "CPU ms", "two", "Mrays/s", "build ms",
-           "start ms", "peak MB", "reference ms", "times", "POV-Ray ms", "times");
-}
-
-static double over(double a, double b)
-{
-    return b > 0 ? a / b : 0;
+    printf("%-6s %10s %7s %9s %10s %10s %9s %12s %8s %6s %12s %8s\n", "scene", "CPU ms", "two ", "Mrays/s", "build ms",
+           "start ms", "peak MB", "reference ms", "times", "noise", "POV-Ray ms", "times");
 }
 
 static void print_row(const Row *r)
 {
-    printf("%-6s %10.2f %6.2f %9.1f %10.1f %10.1f %9.1f %12.0f %8.1f ", r->name, r->cpu, over(r->wall_one, r->wall_two),
-           r->rays_per_s * 1e-6, r->build, r->start, r->peak_mb, r->reference, over(r->reference, r->cpu));
+    printf("%-6s %10.2f %6.2f%c %9.1f %10.1f %10.1f %9.1f %12.0f %8.1f %5.0f%% ", r->name, r->cpu, r->two,
+           r->busy ? '?' : ' ', r->rays_per_s * 1e-6, r->build, r->start, r->peak_mb, r->reference, r->times,
+           100 * r->noise);
     if (r->pov > 0)
         printf("%12.0f %8.1f\n", r->pov, over(r->pov, r->cpu));
     else
@@ -248,6 +295,10 @@ static cJSON *row_json(const Row *r)
     cJSON_AddNumberToObject(json, "start_up_ms", r->start);
     cJSON_AddNumberToObject(json, "peak_mb", r->peak_mb);
     cJSON_AddNumberToObject(json, "reference_cpu_ms", r->reference);
+    cJSON_AddNumberToObject(json, "times_faster_than_reference", r->times);
+    cJSON_AddNumberToObject(json, "times_noise", r->noise);
+    cJSON_AddNumberToObject(json, "two_threads_over_one", r->two);
+    cJSON_AddBoolToObject(json, "machine_busy", r->busy);
     if (r->pov > 0) cJSON_AddNumberToObject(json, "povray_trace_ms", r->pov);
     return json;
 }
@@ -525,6 +576,9 @@ static bool read_options(int argc, char **argv, Options *o)
     snprintf(o->tools, sizeof o->tools, "%.*s", slash ? (int)(slash - o->scn) : 1, slash ? o->scn : ".");
     o->pov &= system("command -v povray >/dev/null 2>&1") == 0;
     mkdir(o->work, 0777);
+    char *whole = realpath(o->work, NULL); // XDG_CACHE_HOME counts only if it is absolute
+    if (!whole) return false;
+    o->work = whole; // until the process ends
     return true;
 }
 
@@ -556,7 +610,7 @@ int main(int argc, char **argv)
     }
     Arena arena = {0};
     cJSON *json = cJSON_CreateObject(), *rows = cJSON_AddArrayToObject(json, "scenes");
-    bool good = true;
+    bool good = true, busy = false;
     print_head(&o);
     for (int k = 0; k < 5 && good; k++) {
         BenchScene scene;
@@ -566,7 +620,9 @@ int main(int argc, char **argv)
         print_row(&row);
         cJSON_AddItemToArray(rows, row_json(&row));
         good = row.cpu > 0;
+        busy |= row.busy;
     }
+    if (busy) printf("?: others use the processors: what two threads gain is not known\n");
     if (good) {
         putchar('\n');
         first_pictures(&o, "S3", json);
