@@ -119,6 +119,16 @@ static bool parameter_takes(const Parameter *p, Type have)
 
 // --- which callable
 
+// Marks a parameter as given. False where it was already: only a list takes several arguments.
+static bool give(uint64_t *given, const Callable *callee, int at)
+{
+    if (at < 0 || at >= 64) return true;
+    uint64_t bit = UINT64_C(1) << at;
+    bool twice = *given & bit && !callee->parameters[at].type.list;
+    *given |= bit;
+    return !twice;
+}
+
 // How well a callable suits: the number of arguments and entries that it takes, or -1 if it takes all of them and
 // nothing is missing.
 static int suits(const Calling *k, const Callable *callee)
@@ -130,10 +140,10 @@ static int suits(const Calling *k, const Callable *callee)
         const Argument *a = &k->arguments[i];
         int at = a->name ? parameter_named(callee, a->name) : parameter_at(k, callee, i);
         bool takes = at >= 0 && parameter_takes(&callee->parameters[at], a->type);
-        if (at >= 0 && at < 64) given |= UINT64_C(1) << at;
+        bool twice = !give(&given, callee, at);
         bool near = at >= 0 && (a->name || (type_is_vector(a->type) && type_is_vector(callee->parameters[at].type)));
-        taken += takes ? 2 : near;
-        all &= takes;
+        taken += takes && !twice ? 2 : near;
+        all &= takes && !twice;
     }
     bool values = false;
     for (const Node *item = k->node->c && k->node->c->kind == NODE_BLOCK ? k->node->c->a : NULL; item;
@@ -141,9 +151,9 @@ static int suits(const Calling *k, const Callable *callee)
         if (item->kind == NODE_VALUE || item->kind == NODE_FOR) values = true;
         if (item->kind != NODE_ENTRY || item->a->kind != NODE_NAME) continue;
         int at = parameter_named(callee, item->a->name);
-        if (at >= 0 && at < 64) given |= UINT64_C(1) << at;
-        taken += at >= 0 ? 2 : 0;
-        all &= at >= 0;
+        bool takes = at >= 0 && give(&given, callee, at);
+        taken += takes ? 2 : 0;
+        all &= takes;
     }
     int list = list_parameter(callee, true);
     if (values && list >= 0) given |= UINT64_C(1) << list;

@@ -208,6 +208,18 @@ static const Node *comparison(const Node *node)
     return node->kind == NODE_BINARY && node->op >= NODE_OP_EQ && node->op <= NODE_OP_GE ? node : NULL;
 }
 
+// Of what is joined by `and` the first part that does not hold.
+static Node *part_that_fails(Eval *e, Node *condition)
+{
+    for (;;) {
+        while (condition->kind == NODE_PAREN) condition = condition->a;
+        if (condition->kind != NODE_BINARY || condition->op != NODE_OP_AND) return condition;
+        Value first = eval_expr(e, condition->a);
+        bool holds = !value_is_bad(&first) && first.scalar.number != 0;
+        condition = holds ? condition->b : condition->a;
+    }
+}
+
 // The sides of a comparison that does not hold, for the message.
 static const char *assert_sides(Eval *e, const Node *condition)
 {
@@ -215,11 +227,13 @@ static const char *assert_sides(Eval *e, const Node *condition)
     if (!node) return "";
     Value a = eval_expr(e, node->a), b = eval_expr(e, node->b);
     if (value_is_bad(&a) || value_is_bad(&b)) return "";
+    int digits = 9;
+    if (!strcmp(value_text(&e->scratch, &a, digits), value_text(&e->scratch, &b, digits))) digits = 17; // 0.1 + 0.2
     // "a radius is greater than 0" needs only to hear what it is instead.
     if (e->site.end && node->b->kind == NODE_NUMBER)
         return arena_printf(&e->scratch, ", and this is %s", value_text(&e->scratch, &a, 9));
-    return arena_printf(&e->scratch, " (%s %s %s)", value_text(&e->scratch, &a, 9), node_op_text((NodeOp)node->op),
-                        value_text(&e->scratch, &b, 9));
+    return arena_printf(&e->scratch, " (%s %s %s)", value_text(&e->scratch, &a, digits), node_op_text((NodeOp)node->op),
+                        value_text(&e->scratch, &b, digits));
 }
 
 static const char *assert_message(Eval *e, const Node *node)
@@ -252,8 +266,8 @@ static bool eval_assert(Eval *e, const Node *node)
     } else if (e->path.id) { // it fails in the frames that come here
         add_assert(e, node->a, scalar_of(0), message ? message : "an assert does not hold");
     } else {
-        complain(e, node->a, DIAG_ASSERT_FAILED, "%s%s", message ? message : "this does not hold",
-                 assert_sides(e, node->a));
+        Node *part = part_that_fails(e, node->a);
+        complain(e, part, DIAG_ASSERT_FAILED, "%s%s", message ? message : "this does not hold", assert_sides(e, part));
     }
     return !prelude;
 }

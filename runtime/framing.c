@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "compiler/bounds.h"
 #include "runtime/view.h"
 
 #define STEPS  8    // a ball needs three
@@ -86,15 +87,43 @@ static bool fits(const Extent *extent)
     return most <= 1;
 }
 
+static bool is_finite(const Box *box)
+{
+    bool finite = true;
+    for (int c = 0; c < 3; c++)
+        finite &= isfinite(box->low[c]) && isfinite(box->high[c]) && box->low[c] <= box->high[c];
+    return finite;
+}
+
+// Joins the parts of the scene that have an end. The boxes of a view know an end of ellipsoids alone; these know that of
+// a cylinder between planes, too. False where no part has one.
+static bool join_parts(Framing *f, const double *values)
+{
+    const PlanGroup *scene = &f->plan->groups[0];
+    bool any = false;
+    for (uint32_t k = 0; k < scene->component_count; k++) {
+        Bounds bounds = bounds_of_component(f->plan, values, scene->component_begin + k);
+        Box box;
+        memcpy(box.low, bounds.low, sizeof box.low);
+        memcpy(box.high, bounds.high, sizeof box.high);
+        if (!is_finite(&box)) continue;
+        box_join(&f->bounds, &box);
+        any = true;
+    }
+    return any;
+}
+
+// Of all moments. What has no end does not count where something has one.
 static void find_bounds(Framing *f)
 {
     f->bounds = (Box){{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
+    bool in_union = f->plan->group_types[f->plan->groups[0].type].set == SET_UNION;
     for (int m = 0; m < f->count; m++) {
         Box box;
         view_frame(&f->layout, f->moments[m]);
         f->layout.cells = f->cells ? f->cells[m] : NULL;
         view_bounds(&f->layout, f->moments[m], &box);
-        box_join(&f->bounds, &box);
+        if (is_finite(&box) || !in_union || !join_parts(f, f->moments[m])) box_join(&f->bounds, &box);
     }
 }
 
