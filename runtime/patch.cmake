@@ -8,6 +8,8 @@ add_library(scn_patch STATIC
   patch_check.c
   patch_contact.c
   patch_device.c
+  patch_device_drive.c
+  patch_device_read.c
   patch_diagnose.c
   patch_drive.c
   patch_host.c

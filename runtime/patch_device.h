@@ -16,8 +16,8 @@
 //
 // What differs from the host's solver: edges and forces that change in every step make launches of one step. Pins are
 // at most 64 a patch, and hold to about 1e-6. Divergence is seen by the device: the patch rests with its last good
-// shape, and whoever reads it is told. A patch whose matrix is not positive definite is stopped too, as soon as a step
-// meets a direction that shows it.
+// shape, and whoever reads it is told; it stays so, whatever it is given, until it is started anew or told to go on. A
+// patch whose matrix is not positive definite is stopped too, as soon as a step meets a direction that shows it.
 //
 // The bits depend on the device and its compiler, not on threads, the number of patches, or how steps are put into
 // launches.
@@ -53,9 +53,12 @@ void patch_device_free(PatchDevice *patches); // NULL is nothing
 int patch_device_builds(const PatchDevice *patches);
 bool patch_device_store(const PatchDevice *patches, Failure *failure);
 
-// Sets the model of a patch; its edges, forces and state stay. A patch that had stopped goes on. False with `failure`
-// set: not acceptable (runtime/patch_diagnose.h).
+// Sets the model of a patch; its edges, forces and state stay. False with `failure` set: not acceptable
+// (runtime/patch_diagnose.h).
 bool patch_device_model(PatchDevice *patches, int patch, const PatchModel *model, Failure *failure);
+
+// A patch that had stopped goes on from its last good shape.
+void patch_device_resume(PatchDevice *patches, int patch);
 
 // Starts a patch anew at time 0, as patch_host_start() does.
 bool patch_device_start(PatchDevice *patches, int patch, const PatchEdges *edges, const double *const x[3],
@@ -86,7 +89,8 @@ bool patch_device_show(PatchDevice *patches, int what, Failure *failure);
 cl_mem patch_device_nodes(const PatchDevice *patches); // 3 components of nodes² floats a patch
 
 // Waits, and gives places and velocities over nodes (NULL: not wanted) and how the patch is: fault->kind is PATCH_FINE
-// or why it stopped.
+// or why it stopped. What is read are the places and results of all patches at once, which the others are then given
+// without waiting.
 bool patch_device_read(PatchDevice *patches, int patch, double *const x[3], double *const v[3], PatchFault *fault,
                        Failure *failure);
 
@@ -101,9 +105,10 @@ double patch_device_time(const PatchDevice *patches, int patch);
 uint64_t patch_device_steps(const PatchDevice *patches, int patch);
 double patch_device_force_time(const PatchDevice *patches, int patch);
 
-// A checkpoint of all patches, as patch_host_save() and patch_host_restore(); models, forces and solids are not in it,
-// edges are. The size is 0 with `failure` set where the device does not answer.
-size_t patch_device_save(PatchDevice *patches, void *bytes, size_t capacity, Failure *failure);
-bool patch_device_restore(PatchDevice *patches, const void *bytes, size_t size, Failure *failure);
+// A checkpoint of a patch, as patch_host_save() and patch_host_restore(); its model, forces and solids are not in it, its
+// edges are. It does not matter which patch, or of how many, it was. The size is 0 with `failure` set where the device
+// does not answer.
+size_t patch_device_save(PatchDevice *patches, int patch, void *bytes, size_t capacity, Failure *failure);
+bool patch_device_restore(PatchDevice *patches, int patch, const void *bytes, size_t size, Failure *failure);
 
 #endif

@@ -3,8 +3,33 @@
 // is why the load costs O(nodes) and not O(nodes²): it is computed for every step whose edges move.
 #include "runtime/patch_model.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
+
+static bool same_but_force(const PatchModel *a, const PatchModel *b)
+{
+    if (a->nodes != b->nodes || a->pin_count != b->pin_count) return false;
+    for (int k = 0; k < a->pin_count; k++) {
+        const PatchPin *p = &a->pins[k], *q = &b->pins[k];
+        if (p->i != q->i || p->j != q->j || memcmp(p->to, q->to, sizeof p->to)) return false;
+    }
+    return a->step == b->step && a->density == b->density && a->damping == b->damping && a->scheme == b->scheme &&
+           a->tangents == b->tangents && a->limit == b->limit && a->accuracy == b->accuracy && a->insist == b->insist &&
+           !memcmp(a->stiffness, b->stiffness, sizeof a->stiffness);
+}
+
+bool patch_model_pushed(const PatchModel *a, const PatchModel *b)
+{
+    for (int c = 0; c < 3; c++)
+        if (!isfinite(b->force[c])) return false;
+    return same_but_force(a, b);
+}
+
+bool patch_model_same(const PatchModel *a, const PatchModel *b)
+{
+    return same_but_force(a, b) && !memcmp(a->force, b->force, sizeof a->force);
+}
 
 PatchModel patch_model_base(int nodes)
 {

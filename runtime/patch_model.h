@@ -84,6 +84,10 @@ typedef struct PatchModel {
 
 #define PATCH_LIMIT 1e6
 
+// Whether two models are the same; whether they are but for the force, which needs no more than a right side.
+bool patch_model_same(const PatchModel *a, const PatchModel *b);
+bool patch_model_pushed(const PatchModel *a, const PatchModel *b); // and the force of b is finite
+
 // The literature's base case: b = d = 1, c = 2, ρ = 0.1, η = 1, f = (0, 0, 800), a step of a millisecond, implicit.
 PatchModel patch_model_base(int nodes);
 

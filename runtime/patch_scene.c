@@ -345,7 +345,7 @@ static bool leap(PatchSolve *solve, double target, FrameError *error)
 
 static size_t save(PatchSolve *solve, void *bytes, size_t capacity, Failure *failure)
 {
-    if (solve->device) return patch_device_save(solve->device, bytes, capacity, failure);
+    if (solve->device) return patch_device_save(solve->device, 0, bytes, capacity, failure);
     return patch_host_save(solve->host, bytes, capacity);
 }
 
@@ -355,7 +355,7 @@ static bool restore(PatchSolve *solve, const void *bytes, size_t size)
     Failure failure;
     if (solve->device) {
         PatchFault fault;
-        if (!patch_device_restore(solve->device, bytes, size, &failure) ||
+        if (!patch_device_restore(solve->device, 0, bytes, size, &failure) ||
             !patch_device_read(solve->device, 0, solve->now, NULL, &fault, &failure) || fault.kind != PATCH_FINE)
             return false;
         solve->steps = patch_device_steps(solve->device, 0);
