@@ -16,6 +16,7 @@ typedef struct FrameInput {
 typedef struct FrameError {
     Span span;
     DiagCode code;
+    bool world;     // it is no fault of the scene: a device or the memory failed
     char text[240]; // "division by zero", "tool-misses: …", the message of a failed assert
 } FrameError;
 

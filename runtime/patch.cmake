@@ -3,6 +3,7 @@
 pkg_check_modules(LAPACKE REQUIRED IMPORTED_TARGET lapacke)
 add_library(scn_patch STATIC
   patch_band.c
+  patch_batch.c
   patch_cache.c
   patch_cells.c
   patch_check.c

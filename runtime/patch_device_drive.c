@@ -205,11 +205,12 @@ bool patch_device_edges(PatchDevice *patches, int patch, const PatchEdges *edges
 bool patch_device_force(PatchDevice *patches, int patch, const double *const force[3], Failure *failure)
 {
     size_t grid = patch_grid_of(patches), all = (size_t)patches->slots * grid * sizeof(float);
+    if (!patches->force.bytes && !force[0] && !force[1] && !force[2]) return true;
     if (!patches->force.bytes && !patch_mirror_make(&patches->force, patches->device, all, true, failure)) return false;
     for (int c = 0; c < 3; c++) {
-        int slot = 3 * patch + c;
-        PatchRecord *record = patch_device_record(patches, slot);
-        record->flags = force[c] ? record->flags | PATCH_HAS_FORCE : record->flags & ~PATCH_HAS_FORCE;
+        int slot = 3 * patch + c, flags = ((PatchRecord *)patches->records.bytes)[slot].flags;
+        int wanted = force[c] ? flags | PATCH_HAS_FORCE : flags & ~PATCH_HAS_FORCE;
+        if (wanted != flags) patch_device_record(patches, slot)->flags = wanted;
         if (force[c])
             patch_floats_of(
                 force[c],

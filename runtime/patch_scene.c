@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "runtime/patch_batch.h"
 #include "runtime/patch_cache.h"
 #include "runtime/patch_cells.h"
 #include "runtime/patch_device.h"
@@ -19,8 +20,11 @@ struct PatchSolve {
     const PlanPatch *patch;
     PatchSolveDesc desc;
     PatchDriver *driver;
-    PatchHost *host; // of the direct and the iterative method
-    PatchDevice *device;
+    PatchHost *host;     // of the direct and the iterative method
+    PatchBatch *batch;   // of the device's method; `device` is its patches, and this one `member` of them
+    PatchDevice *device; // NULL: not opened
+    int member;
+    int ahead; // steps that are prepared and not done yet
     bool started;
     double *inputs;
     double time, before_time, asked; // of the last step, of the one before; what was asked for last
@@ -43,11 +47,11 @@ static size_t nodes_of(const PatchSolve *solve)
     return (size_t)solve->patch->nodes * solve->patch->nodes;
 }
 
-static bool trouble(const PatchSolve *solve, FrameError *error, const char *code, const char *text)
+static bool trouble(const PatchSolve *solve, FrameError *error, DiagCode code, const char *text)
 {
     const char *name = solve->patch->name;
-    *error = (FrameError){.span = solve->patch->span, .code = DIAG_NOT_FINITE};
-    snprintf(error->text, sizeof error->text, "%s: patch %s%s%s", code, name, *name ? ": " : "", text);
+    *error = (FrameError){.span = solve->patch->span, .code = code};
+    snprintf(error->text, sizeof error->text, "patch%s%.24s: %.190s", *name ? " " : "", name, text);
     return false;
 }
 
@@ -70,7 +74,7 @@ void patch_solve_free(PatchSolve *solve)
     if (!solve) return;
     patch_driver_free(solve->driver);
     patch_host_free(solve->host);
-    patch_device_free(solve->device);
+    patch_batch_leave(solve->batch);
     patch_edges_free(solve->edges_now);
     patch_edges_free(solve->edges_before);
     patch_edges_free(solve->edges_shown);
@@ -135,14 +139,23 @@ static const double *const *places(double *const x[3])
     return (const double *const *)x;
 }
 
-static bool same_model(const PatchModel *a, const PatchModel *b)
+static bool device_trouble(PatchSolve *solve, const Failure *failure, FrameError *error)
 {
-    for (int k = 0; k < a->pin_count && a->pin_count == b->pin_count; k++) {
-        const PatchPin *p = &a->pins[k], *q = &b->pins[k];
-        if (p->i != q->i || p->j != q->j || memcmp(p->to, q->to, sizeof p->to)) return false;
-    }
-    return a->step == b->step && a->density == b->density && a->damping == b->damping && a->pin_count == b->pin_count &&
-           !memcmp(a->stiffness, b->stiffness, sizeof a->stiffness) && !memcmp(a->force, b->force, sizeof a->force);
+    trouble(solve, error, DIAG_PATCH_DIVERGES, failure->text);
+    error->world = true;
+    return false;
+}
+
+static bool open_device(PatchSolve *solve, FrameError *error)
+{
+    Failure failure = {""};
+    if (solve->device) return true;
+    if (!solve->batch && (solve->batch = patch_batch_new((int)solve->patch->nodes)))
+        solve->member = patch_batch_join(solve->batch);
+    if (!solve->batch || !patch_batch_open(solve->batch, solve->desc.device, solve->desc.cached, &failure))
+        return device_trouble(solve, solve->batch ? &failure : &(Failure){"out of memory"}, error);
+    solve->device = solve->batch->patches;
+    return true;
 }
 
 // Gives the solver the driver's model, where it is another. What refuses it says why.
@@ -150,15 +163,11 @@ static bool set_model(PatchSolve *solve, FrameError *error)
 {
     const PatchModel *model = &solve->driver->model;
     Failure failure = {""};
-    if (solve->set.nodes && same_model(model, &solve->set)) return true;
+    if (solve->set.nodes && patch_model_same(model, &solve->set)) return true;
     bool ok;
     if (solve->desc.method == PATCH_METHOD_DEVICE) {
-        if (!solve->device) {
-            solve->device = patch_device_new(solve->desc.device, model->nodes, 1, &failure);
-            // Where it cannot be kept nothing is lost but the time to build it again.
-            if (solve->device && solve->desc.cached) patch_device_store(solve->device, &(Failure){""});
-        }
-        ok = solve->device && patch_device_model(solve->device, 0, model, &failure);
+        if (!open_device(solve, error)) return false;
+        ok = patch_device_model(solve->device, solve->member, model, &failure);
     } else if (solve->host) {
         ok = patch_host_model(solve->host, model, &failure);
     } else {
@@ -167,47 +176,39 @@ static bool set_model(PatchSolve *solve, FrameError *error)
         ok = solve->host != NULL;
         if (ok && solve->desc.sweeps) solve->host->sweep_limit = solve->desc.sweeps;
     }
-    if (!ok) return trouble(solve, error, "patch-ill-posed", failure.text);
+    if (!ok) return trouble(solve, error, DIAG_PATCH_ILL_POSED, failure.text);
     solve->set = *model;
     if (model->pin_count) memcpy(solve->set_pins, model->pins, (size_t)model->pin_count * sizeof *model->pins);
     solve->set.pins = solve->set_pins;
     return true;
 }
 
-static bool device_trouble(PatchSolve *solve, const Failure *failure, FrameError *error)
-{
-    return trouble(solve, error, "device", failure->text);
-}
-
-static bool device_solids(PatchSolve *solve, Failure *failure)
+static bool tell_solids(PatchSolve *solve, Failure *failure)
 {
     const PlanPatch *patch = solve->patch;
-    PatchSolid *solids = calloc(patch->part_count + 1, sizeof *solids);
-    int *of = calloc(patch->part_count + 1, sizeof *of), count = 0;
-    bool ok = solids && of;
-    for (uint32_t k = 0; ok && k < patch->part_count; k++) {
+    for (uint32_t k = 0; k < patch->part_count; k++) {
+        PatchSolid solid;
         if (patch->parts[k].kind != PART_CONTACT) continue;
-        ok = patch_driver_solid(solve->driver, &patch->parts[k], &solids[count++]);
-        if (!ok) fail(failure, "the device knows contacts with quadrics only: solve it with --solver direct");
+        if (!patch_driver_solid(solve->driver, &patch->parts[k], &solid))
+            return fail(failure, "the device knows contacts with quadrics only: solve it with --solver direct");
+        if (!patch_batch_touch(solve->batch, solve->member, &solid, failure)) return false;
     }
-    ok = ok && patch_device_solids(solve->device, solids, of, count, failure);
-    free(solids);
-    free(of);
-    return ok;
+    return true;
 }
 
+// Tells the device one step, which is done with those of the others.
 static bool device_step(PatchSolve *solve, FrameError *error)
 {
     PatchDriver *driver = solve->driver;
     const double *force[3];
     Failure failure = {""};
     for (int c = 0; c < 3; c++) force[c] = driver->has_force[c] ? driver->force[c] : NULL;
-    bool ok = patch_device_edges(solve->device, 0, driver->edges, &failure) &&
-              patch_device_force(solve->device, 0, force, &failure) &&
-              (!driver->has_contact || device_solids(solve, &failure)) &&
-              patch_device_step(solve->device, (int[]){1}, &failure);
-    solve->behind = true;
-    return ok || device_trouble(solve, &failure, error);
+    bool edges = !driver->edges_known || !solve->settled;
+    bool ok = (!edges || patch_device_edges(solve->device, solve->member, driver->edges, &failure)) &&
+              patch_device_force(solve->device, solve->member, force, &failure) && tell_solids(solve, &failure);
+    if (!ok) return device_trouble(solve, &failure, error);
+    patch_batch_will_step(solve->batch, solve->member, 1);
+    return true;
 }
 
 // Places as they are now, from the device where they are behind. False if the patch has diverged on the way, too.
@@ -216,10 +217,10 @@ static bool catch_up(PatchSolve *solve, FrameError *error)
     Failure failure = {""};
     PatchFault fault;
     if (!solve->behind) return true;
-    if (!patch_device_read(solve->device, 0, solve->now, NULL, &fault, &failure))
+    if (!patch_device_read(solve->device, solve->member, solve->now, NULL, &fault, &failure))
         return device_trouble(solve, &failure, error);
     solve->behind = false;
-    return fault.kind == PATCH_FINE || trouble(solve, error, "not-finite", fault.text);
+    return fault.kind == PATCH_FINE || trouble(solve, error, DIAG_PATCH_DIVERGES, fault.text);
 }
 
 static bool host_step(PatchSolve *solve, FrameError *error)
@@ -232,7 +233,7 @@ static bool host_step(PatchSolve *solve, FrameError *error)
         drive.contact = patch_driver_contact;
         drive.context = driver;
     }
-    if (!patch_host_step(solve->host, &drive, &fault)) return trouble(solve, error, "not-finite", fault.text);
+    if (!patch_host_step(solve->host, &drive, &fault)) return trouble(solve, error, DIAG_PATCH_DIVERGES, fault.text);
     for (int c = 0; c < 3; c++) memcpy(solve->now[c], solve->host->x[c], nodes_of(solve) * sizeof(double));
     return true;
 }
@@ -251,8 +252,7 @@ static bool start(PatchSolve *solve, const double *inputs, FrameError *error)
         return false;
     Failure failure = {""};
     if (solve->device) {
-        if (!patch_device_start(solve->device, 0, driver->edges, places(solve->now), NULL, &failure) ||
-            !patch_device_read(solve->device, 0, solve->now, NULL, &(PatchFault){0}, &failure))
+        if (!patch_device_start(solve->device, solve->member, driver->edges, places(solve->now), NULL, &failure))
             return device_trouble(solve, &failure, error);
     } else {
         patch_host_start(solve->host, driver->edges, places(solve->now), NULL);
@@ -262,7 +262,8 @@ static bool start(PatchSolve *solve, const double *inputs, FrameError *error)
     solve->time = solve->before_time = 0;
     solve->steps = 0;
     solve->started = true;
-    solve->behind = solve->settled = false;
+    solve->behind = solve->device != NULL; // pins may have moved nodes
+    solve->settled = false;
     patch_cache_free(solve->cache);
     solve->cache = NULL;
     if (!solve->desc.cached || solve->desc.method == PATCH_METHOD_ITERATIVE) return true;
@@ -274,7 +275,7 @@ static bool start(PatchSolve *solve, const double *inputs, FrameError *error)
 
 static double solver_time(const PatchSolve *solve)
 {
-    return solve->device ? patch_device_time(solve->device, 0) : solve->host->time;
+    return solve->device ? patch_device_time(solve->device, solve->member) : solve->host->time;
 }
 
 // Whether the places of the nodes are asked for before each step.
@@ -285,8 +286,8 @@ static bool wants_places(const PlanPatch *patch)
     return wants;
 }
 
-// `target` is the time that is to be reached: the last step before it is one of two that are shown.
-static bool step(PatchSolve *solve, double target, FrameError *error)
+// Prepares a step. `target` is the time that is to be reached: the last step before it is one of two that are shown.
+static bool prepare_step(PatchSolve *solve, double target, FrameError *error)
 {
     PatchDriver *driver = solve->driver;
     const double *inputs = solve->inputs;
@@ -311,41 +312,52 @@ static bool step(PatchSolve *solve, double target, FrameError *error)
     patch_edges_copy(solve->edges_before, solve->edges_now);
     solve->before_time = solve->time;
     if (!(solve->device ? device_step(solve, error) : host_step(solve, error))) return false;
-    patch_edges_copy(solve->edges_now, driver->edges);
-    driver->edges_known = !solve->patch->edges.varies;
-    solve->time = solver_time(solve);
-    solve->steps++;
-    solve->settled = true;
+    solve->ahead = 1;
     return true;
 }
 
-// As many steps in one launch as there are up to the last ones before `target`, or to a checkpoint, where nothing of the
-// equation changes on the way. False where that is none, or with `error` set.
-static bool leap(PatchSolve *solve, double target, FrameError *error)
+// Whether nothing of the equation changes on the way, so that many steps are one launch.
+static bool is_steady(const PlanPatch *patch)
 {
-    PatchDriver *driver = solve->driver;
-    const PlanPatch *patch = solve->patch;
-    Failure failure = {""};
-    if (!solve->device || patch->varies || patch->force.varies || patch->edges.varies || wants_places(patch) ||
-        driver->has_contact || !solve->settled)
-        return false;
+    for (uint32_t k = 0; k < patch->part_count; k++)
+        if (patch->parts[k].kind == PART_CONTACT) return false;
+    return !patch->varies && !patch->force.varies && !patch->edges.varies && !wants_places(patch);
+}
+
+// Prepares as many steps in one launch as there are up to the last ones before `target`, or to a checkpoint. False where
+// that is none.
+static bool prepare_leap(PatchSolve *solve, double target)
+{
+    if (!solve->device || !solve->settled || !is_steady(solve->patch)) return false;
     double ahead = (target - solve->time) / solve->set.step - 2;
     if (!(ahead >= 2) || !(ahead < 1e9)) return false;
     uint64_t count = (uint64_t)ahead, whole = PATCH_CACHE_STEPS - solve->steps % PATCH_CACHE_STEPS;
-    if (count > whole) count = whole;
-    if (!patch_device_step(solve->device, (int[]){(int)count}, &failure)) return device_trouble(solve, &failure, error);
-    solve->behind = true;
-    solve->before_time = solve->time + (double)(count - 1) * solve->set.step;
-    solve->steps += count;
-    solve->time = solver_time(solve);
+    solve->ahead = (int)(count < whole ? count : whole);
+    patch_batch_will_step(solve->batch, solve->member, solve->ahead);
     return true;
+}
+
+// Takes note of the steps that were done.
+static void finish_steps(PatchSolve *solve)
+{
+    if (solve->ahead == 1) {
+        patch_edges_copy(solve->edges_now, solve->driver->edges);
+        solve->driver->edges_known = !solve->patch->edges.varies;
+        solve->settled = true;
+    } else {
+        solve->before_time = solve->time + (double)(solve->ahead - 1) * solve->set.step;
+    }
+    solve->steps += (uint64_t)solve->ahead;
+    solve->ahead = 0;
+    solve->behind = solve->device != NULL;
+    solve->time = solver_time(solve);
 }
 
 // --- checkpoints: the time of the step before, then the solver's own
 
 static size_t save(PatchSolve *solve, void *bytes, size_t capacity, Failure *failure)
 {
-    if (solve->device) return patch_device_save(solve->device, 0, bytes, capacity, failure);
+    if (solve->device) return patch_device_save(solve->device, solve->member, bytes, capacity, failure);
     return patch_host_save(solve->host, bytes, capacity);
 }
 
@@ -354,17 +366,15 @@ static bool restore(PatchSolve *solve, const void *bytes, size_t size)
 {
     Failure failure;
     if (solve->device) {
-        PatchFault fault;
-        if (!patch_device_restore(solve->device, 0, bytes, size, &failure) ||
-            !patch_device_read(solve->device, 0, solve->now, NULL, &fault, &failure) || fault.kind != PATCH_FINE)
-            return false;
-        solve->steps = patch_device_steps(solve->device, 0);
+        if (!patch_device_restore(solve->device, solve->member, bytes, size, &failure)) return false;
+        solve->steps = patch_device_steps(solve->device, solve->member);
     } else {
         if (!patch_host_restore(solve->host, bytes, size, &failure)) return false;
         for (int c = 0; c < 3; c++) memcpy(solve->now[c], solve->host->x[c], nodes_of(solve) * sizeof(double));
         solve->steps = solve->host->steps;
     }
-    solve->behind = solve->settled = false;
+    solve->behind = solve->device != NULL;
+    solve->settled = false;
     solve->time = solve->before_time = solver_time(solve);
     return true;
 }
@@ -398,8 +408,8 @@ static bool go_to(PatchSolve *solve, const FileBytes *file, uint64_t steps, doub
     if (!restore(solve, file->bytes + lead, file->size - lead)) return false;
     solve->started = solve->steps == steps && solve->time > before && solve->time <= time;
     for (int c = 0; c < 3; c++) memcpy(solve->before[c], solve->now[c], nodes_of(solve) * sizeof(double));
-    patch_edges_copy(solve->edges_now,
-                     solve->device ? patch_device_edges_now(solve->device, 0) : patch_host_edges(solve->host));
+    patch_edges_copy(solve->edges_now, solve->device ? patch_device_edges_now(solve->device, solve->member)
+                                                     : patch_host_edges(solve->host));
     patch_edges_copy(solve->edges_before, solve->edges_now);
     solve->driver->edges_known = false;
     return solve->started;
@@ -444,12 +454,11 @@ static void show(PatchSolve *solve, double time)
     solve->cells_filled = false;
 }
 
-bool patch_solve_to(PatchSolve *solve, double time, const double *inputs, FrameError *error)
+// Makes ready to go on to a time: from where the patch is, from its start, or from a checkpoint.
+static bool set_out(PatchSolve *solve, double time, const double *inputs, FrameError *error)
 {
     uint32_t count = solve->patch->program->input_count;
     bool moved = solve->started && count && memcmp(solve->inputs, inputs, count * sizeof *inputs);
-    *error = (FrameError){0};
-    if (time < 0) time = 0;
     bool back = solve->started && time < solve->before_time - STEP_SLACK * (solve->time - solve->before_time);
     if (!solve->started || back || (moved && time <= solve->asked)) {
         if (!start(solve, inputs, error)) return false;
@@ -459,22 +468,83 @@ bool patch_solve_to(PatchSolve *solve, double time, const double *inputs, FrameE
         patch_cache_free(solve->cache);
         solve->cache = NULL;
     }
-    if (!jump(solve, time, error)) return false;
-    while (solve->time < time - STEP_SLACK * solve->driver->model.step) {
-        if (leap(solve, time, error) || (!error->text[0] && step(solve, time, error))) {
-            keep(solve);
+    return jump(solve, time, error);
+}
+
+// One round: a step, or a leap, of each patch that is not there yet. `left` is whether there was one.
+static bool do_round(PatchSolve *const *solves, uint32_t count, double time, bool *left, FrameError *error)
+{
+    *left = false;
+    for (uint32_t k = 0; k < count; k++) {
+        PatchSolve *solve = solves[k];
+        if (!(solve->time < time - STEP_SLACK * solve->driver->model.step)) continue;
+        if (!prepare_leap(solve, time) && !prepare_step(solve, time, error)) return false;
+        *left = true;
+    }
+    for (uint32_t k = 0; k < count; k++) {
+        Failure failure = {""};
+        PatchBatch *batch = solves[k]->batch;
+        if (batch && batch->waiting && !patch_batch_launch(batch, &failure))
+            return device_trouble(solves[k], &failure, error);
+    }
+    for (uint32_t k = 0; k < count; k++) {
+        if (!solves[k]->ahead) continue;
+        finish_steps(solves[k]);
+        keep(solves[k]);
+    }
+    return true;
+}
+
+static bool go_on(PatchSolve *const *solves, uint32_t count, double time, const double *inputs, FrameError *error)
+{
+    for (uint32_t k = 0; k < count; k++)
+        if (!set_out(solves[k], time, inputs, error)) return false;
+    for (bool left = true; left;)
+        if (!do_round(solves, count, time, &left, error)) return false;
+    for (uint32_t k = 0; k < count; k++)
+        if (!catch_up(solves[k], error)) return false;
+    return true;
+}
+
+bool patch_solves_to(PatchSolve *const *solves, uint32_t count, double time, const double *inputs, FrameError *error)
+{
+    *error = (FrameError){0};
+    if (time < 0) time = 0;
+    bool ok = go_on(solves, count, time, inputs, error);
+    for (uint32_t k = 0; k < count; k++) {
+        PatchSolve *solve = solves[k];
+        if (ok) {
+            solve->asked = time;
+            show(solve, time);
             continue;
         }
         solve->started = false;
-        return false;
+        solve->ahead = 0;
+        if (solve->batch) patch_batch_drop(solve->batch);
     }
-    if (!catch_up(solve, error)) {
-        solve->started = false;
-        return false;
+    return ok;
+}
+
+bool patch_solve_to(PatchSolve *solve, double time, const double *inputs, FrameError *error)
+{
+    return patch_solves_to(&solve, 1, time, inputs, error);
+}
+
+void patch_solves_join(PatchSolve *const *solves, uint32_t count)
+{
+    for (uint32_t k = 0; k < count; k++) {
+        PatchSolve *solve = solves[k];
+        if (solve->desc.method != PATCH_METHOD_DEVICE || solve->batch) continue;
+        for (uint32_t l = 0; l < k && !solve->batch; l++) {
+            const PatchSolve *other = solves[l];
+            bool alike = other->batch && other->patch->nodes == solve->patch->nodes &&
+                         other->driver->has_contact == solve->driver->has_contact &&
+                         is_steady(other->patch) == is_steady(solve->patch);
+            if (alike) solve->batch = other->batch;
+        }
+        if (!solve->batch) solve->batch = patch_batch_new((int)solve->patch->nodes);
+        if (solve->batch) solve->member = patch_batch_join(solve->batch); // else it gets one of its own, or says so
     }
-    solve->asked = time;
-    show(solve, time);
-    return true;
 }
 
 PatchShape patch_solve_shape(const PatchSolve *solve)

@@ -61,6 +61,11 @@ void patch_solve_free(PatchSolve *solve); // NULL is nothing
 // may be asked of the shape, and the next call starts anew.
 bool patch_solve_to(PatchSolve *solve, double time, const double *inputs, FrameError *error);
 
+// The same for many patches, which step together: those that are alike in one launch (runtime/patch_batch.h), where they
+// were joined before any of them was solved. The bits are those of each alone.
+void patch_solves_join(PatchSolve *const *solves, uint32_t count);
+bool patch_solves_to(PatchSolve *const *solves, uint32_t count, double time, const double *inputs, FrameError *error);
+
 // What the patch is now: good until the next call.
 PatchShape patch_solve_shape(const PatchSolve *solve);
 

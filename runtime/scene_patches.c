@@ -54,6 +54,7 @@ static bool make(ScnScene *scene, Failure *failure)
         patches->cells[k] = patch_cells_new((int)plan->patches[k].nodes);
         ok = patches->solves[k] && patches->cells[k];
     }
+    if (ok) patch_solves_join(patches->solves, patches->count);
     return ok || fail(failure, "out of memory for the patches");
 }
 
@@ -121,7 +122,7 @@ bool scene_patches_to(ScnScene *scene, double time, double *values, FrameError *
     Failure failure = {""};
     if (!plan->patch_count) return true;
     if (!scene->patches && !make(scene, &failure)) {
-        *error = (FrameError){.code = DIAG_NOT_FINITE};
+        *error = (FrameError){.world = true};
         snprintf(error->text, sizeof error->text, "%.200s", failure.text);
         scene_patches_free(scene);
         return false;
@@ -132,10 +133,12 @@ bool scene_patches_to(ScnScene *scene, double time, double *values, FrameError *
         patches->solved && patches->time == time && (!inputs || !memcmp(patches->inputs, scene->inputs, inputs));
     patches->solved = false;
     int damaged = 0;
-    if (!same) patches->number++;
+    if (!same) {
+        patches->number++;
+        if (!patch_solves_to(patches->solves, patches->count, time, scene->inputs, error)) return false;
+    }
     for (uint32_t k = 0; k < patches->count; k++) {
         if (!same) {
-            if (!patch_solve_to(patches->solves[k], time, scene->inputs, error)) return false;
             damaged += patch_solve_damaged(patches->solves[k]);
             PatchShape shape = patch_solve_shape(patches->solves[k]);
             patch_cells_fill(patches->cells[k], shape.x, shape.edges, shape.tangents);

@@ -45,6 +45,7 @@ ScnStatus scene_fail(ScnScene *scene, ScnStatus status, const char *format, ...)
 
 ScnStatus scene_fail_frame(ScnScene *scene, const FrameError *error, double time, double frame)
 {
+    if (error->world) return scene_fail(scene, SCN_WORLD_FAILED, "%s", error->text);
     char place[4200];
     const char *text, *code = diag_code_name(frame_error_code(error, &text));
     scene->frame_error = *error;

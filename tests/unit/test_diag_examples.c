@@ -68,6 +68,7 @@ static bool is_not_shown(DiagCode code)
     case DIAG_TOO_LARGE:
     case DIAG_TOO_MANY_ITEMS:
     case DIAG_PATCH_STEP:
+    case DIAG_PATCH_DIVERGES:
     case DIAG_MORPH_RANGE:
     case DIAG_NOT_YET: return true;
     default: return false;
