@@ -34,12 +34,18 @@ static void box_begin(Box *box)
 
 static void box_add(Box *box, const Projection *projection, const double place[3])
 {
-    double q = 1 + projection->kappa * place[2];
+    double q = 1 + projection->kappa * place[2], scale = 1 / q;
+    if (!(q > NEAR)) {
+        for (int k = 0; k < 3; k++) {
+            box->low[k] = -INFINITY;
+            box->high[k] = INFINITY;
+        }
+        return;
+    }
     for (int k = 0; k < 3; k++) {
-        double at = place[k] / q;
-        double low = q > NEAR ? at : -INFINITY, high = q > NEAR ? at : INFINITY;
-        box->low[k] = low < box->low[k] ? low : box->low[k];
-        box->high[k] = high > box->high[k] ? high : box->high[k];
+        double at = place[k] * scale; // rounded once more than a quotient, which the box's margin covers
+        box->low[k] = at < box->low[k] ? at : box->low[k];
+        box->high[k] = at > box->high[k] ? at : box->high[k];
     }
 }
 
@@ -149,15 +155,27 @@ void lift_box(const LiftPlace *place, const Projection *projection, Box *box)
 
 // --- sheets
 
-void sheet_cell(const PatchCells *cells, int i, int j, const double map[12], const Projection *projection,
+void sheet_place(const double map[12], const Projection *p, double place[12])
+{
+    for (int k = 0; k < 3; k++)
+        for (int column = 0; column < 4; column++) {
+            double sum = 0;
+            for (int c = 0; c < 3; c++) sum += p->axis[k][c] * (map[4 * c + column] - (column == 3 ? p->origin[c] : 0));
+            place[4 * k + column] = sum / p->unit;
+        }
+}
+
+void sheet_cell(const PatchCells *cells, int i, int j, const double place[12], const Projection *projection,
                 CellRecord *records, Box *box)
 {
+    const double *x = cell_points(cells, 0, i, j), *y = cell_points(cells, 1, i, j), *z = cell_points(cells, 2, i, j);
     box_begin(box);
     for (int k = 0; k < 16; k++) {
-        double place[3], world[3], view[3];
-        for (int c = 0; c < 3; c++) place[c] = cell_points(cells, c, i, j)[k];
-        matrix_point(map, place, world);
-        to_view(projection, world, view);
+        double view[3];
+        for (int c = 0; c < 3; c++) {
+            const double *row = place + 4 * c;
+            view[c] = row[0] * x[k] + row[1] * y[k] + row[2] * z[k] + row[3];
+        }
         box_add(box, projection, view);
         for (int c = 0; records && c < 3; c++) records[c].points[k] = (float)view[c];
     }

@@ -33,8 +33,9 @@ void lift_cell_band(const LiftBand *band, const CellRecord *cell, CellBand *reco
 void lift_cell_box(const LiftPlace *place, const LiftBand *band, int i, int j, const Projection *projection, Box *box);
 void lift_box(const LiftPlace *place, const Projection *projection, Box *box); // of all cells
 
-// A cell of a sheet that `map` moves to the world. `records` may be NULL.
-void sheet_cell(const PatchCells *cells, int i, int j, const double map[12], const Projection *projection,
+// The map from a sheet that `map` moves to the world into a view, and a cell of that sheet. `records` may be NULL.
+void sheet_place(const double map[12], const Projection *projection, double place[12]);
+void sheet_cell(const PatchCells *cells, int i, int j, const double place[12], const Projection *projection,
                 CellRecord *records, Box *box);
 
 // Where a thick patch is: the map from its own coordinates, about their middle, to the world, and how thick it is.

@@ -63,12 +63,13 @@ static void note_box(const PatchCells *cells, double number, double box[7])
     size_t points = (size_t)cells->count * (size_t)cells->count * 16;
     for (int c = 0; c < 3; c++) {
         const double *p = cells->points + (size_t)c * points;
-        box[c] = INFINITY;
-        box[3 + c] = -INFINITY;
+        double low = INFINITY, high = -INFINITY;
         for (size_t k = 0; k < points; k++) {
-            box[c] = fmin(box[c], p[k]);
-            box[3 + c] = fmax(box[3 + c], p[k]);
+            low = p[k] < low ? p[k] : low;
+            high = p[k] > high ? p[k] : high;
         }
+        box[c] = low;
+        box[3 + c] = high;
     }
     box[6] = number;
 }

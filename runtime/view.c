@@ -327,12 +327,12 @@ static void fold_sheet(Folding *f, const PlanLeaf *leaf, bool shown, Box *box)
 {
     const PatchCells *cells = cells_of(f, leaf->begin);
     uint32_t count = f->layout->plan->patches[leaf->begin].nodes - 1;
+    double place[12];
+    sheet_place(f->values + leaf->quadric, f->projection, place);
     for (uint32_t k = 0; k < count * count; k++, f->number += SHEET_RECORDS) {
         CellRecord *records = f->records ? (CellRecord *)&f->records[f->number] : NULL;
         Box one = box_empty;
-        if (shown && cells)
-            sheet_cell(cells, (int)(k / count), (int)(k % count), f->values + leaf->quadric, f->projection, records,
-                       &one);
+        if (shown && cells) sheet_cell(cells, (int)(k / count), (int)(k % count), place, f->projection, records, &one);
         set_item_box(f, f->item++, &one);
         box_hull(box, &one);
     }

@@ -150,9 +150,75 @@ static void diverging_is_told_by_each_solver(void **state)
         PatchSolve *solve = solve_new(&bench, (PatchMethod)method, false);
         assert_false(patch_solve_to(solve, 0.5, bench.scene->inputs, &error));
         assert_non_null(strstr(error.text, "diverges"));
+        assert_string_equal(diag_code_name(error.code), "patch-diverges");
         patch_solve_free(solve);
     }
     bench_free(&bench);
+}
+
+// A force beyond all bounds for a single step: what comes after it does not hide it.
+static void a_stop_on_the_way_is_told(void **state)
+{
+    Bench bench =
+        bench_new("patch p { grid: 9; force: (0, 0, if time > 10ms and time < 11.5ms { 1e14 } else { 0 }); }\np;\n");
+    for (int method = 0; method < 2; method++) {
+        FrameError error;
+        PatchSolve *solve = solve_new(&bench, (PatchMethod)method, false);
+        assert_false(patch_solve_to(solve, 0.5, bench.scene->inputs, &error));
+        assert_non_null(strstr(error.text, "in step 11 "));
+        assert_true(patch_solve_to(solve, 0.005, bench.scene->inputs, &error)); // it is solved anew
+        patch_solve_free(solve);
+    }
+    bench_free(&bench);
+}
+
+// Of several grids, steps and kinds: those that step together have the bits that they have alone, also where they go back,
+// are started by checkpoints, or have been solved to other times before.
+static void patches_together_are_as_alone(void **state)
+{
+    static const char text[] =
+        "patch a { grid: 9; force: (0, 0, 100); }\n"
+        "patch b { grid: 9; step: 3ms; force: (0, 0, 300); edge(u: 1) { tangent: 1; }; }\n"
+        "patch c { grid: 9; force: (0, 0, 800 * cos(360deg * (time / 100ms))); }\n"
+        "patch d { grid: 9; step: 0.7ms; force: (0, 0, 800 * u * z); }\n"
+        "patch e { grid: 9; contact(with: sphere(0.4).move(0.7, 0.3, -0.45 + time / 1s), stiffness: 1000); }\n"
+        "patch f { grid: 9; contact(with: sphere(0.4).move(0.5, 0.5, 0.5), stiffness: 1000); }\n"
+        "patch g { grid: 5; }\na; b; c; d; e; f; g;\n";
+    enum { COUNT = 7 };
+    char folder[] = "/tmp/scn-patch-XXXXXX", command[64];
+    assert_non_null(mkdtemp(folder));
+    setenv("XDG_CACHE_HOME", folder, 1);
+    Bench bench = bench_new(text);
+    const Plan *plan = bench.scene->package->plan;
+    assert_int_equal(plan->patch_count, COUNT);
+    for (int round = 0; round < 2; round++) { // the second finds checkpoints
+        PatchSolve *solves[COUNT];
+        PatchSolveDesc desc = {.fps = 24, .method = PATCH_METHOD_DEVICE, .device = bench.device, .cached = true};
+        Failure failure;
+        FrameError error;
+        for (int k = 0; k < COUNT; k++) {
+            solves[k] = patch_solve_new(&plan->patches[k], &desc, &failure);
+            assert_non_null(solves[k]);
+        }
+        patch_solves_join(solves, COUNT);
+        static const double times[] = {0.0503, 0.3, 0.6007, 0.02};
+        for (int t = 0; t < 4; t++) {
+            assert_true(patch_solves_to(solves, COUNT, times[t], bench.scene->inputs, &error));
+            for (int k = 0; k < COUNT; k++) {
+                desc.cached = false;
+                PatchSolve *alone = patch_solve_new(&plan->patches[k], &desc, &failure);
+                assert_true(patch_solve_to(alone, times[t], bench.scene->inputs, &error));
+                PatchShape one = patch_solve_shape(alone), many = patch_solve_shape(solves[k]);
+                size_t grid = (size_t)one.nodes * (size_t)one.nodes * sizeof(double);
+                for (int c = 0; c < 3; c++) assert_memory_equal(one.x[c], many.x[c], grid);
+                patch_solve_free(alone);
+            }
+        }
+        for (int k = 0; k < COUNT; k++) patch_solve_free(solves[k]);
+    }
+    bench_free(&bench);
+    snprintf(command, sizeof command, "rm -r %s", folder);
+    assert_int_equal(system(command), 0);
 }
 
 static void the_oldest_checkpoints_give_way(void **state)
@@ -186,10 +252,9 @@ static void the_oldest_checkpoints_give_way(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(the_device_agrees_with_the_host),
-        cmocka_unit_test(a_moment_alone_is_that_of_running_through),
-        cmocka_unit_test(diverging_is_told_by_each_solver),
-        cmocka_unit_test(the_oldest_checkpoints_give_way),
+        cmocka_unit_test(the_device_agrees_with_the_host),  cmocka_unit_test(a_moment_alone_is_that_of_running_through),
+        cmocka_unit_test(diverging_is_told_by_each_solver), cmocka_unit_test(a_stop_on_the_way_is_told),
+        cmocka_unit_test(patches_together_are_as_alone),    cmocka_unit_test(the_oldest_checkpoints_give_way),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
