@@ -13,9 +13,8 @@
 //
 // A child shares its parent's tape where less than an eighth would be gone, or where the pool of its tile or region is full.
 //
-// Measured on one thread (./dev bench FOLDER): making all cells takes 5 % of a frame of colonnade (679 steps), whose packets then run 20 steps on average. bear
-// (523 steps, smooth unions of all its parts) keeps 430 in most cells. Frames with one level of slabs and no parts: 640 instead of 44 ms for colonnade at 256²,
-// 4700 instead of 710 ms for bear, whose slopes were joined, not weighted (tape.cl, slope_between()).
+// Measured on one thread (./dev bench FOLDER): packets of colonnade (679 steps) run 20 steps on average; bear (523 steps, smooth unions of all its parts) keeps
+// 430 in most cells. Frames with one level of slabs and no parts: 640 instead of 44 ms for colonnade at 256².
 
 #define SLABS 64      // of a field in a region
 #define LOCAL_SLABS 32

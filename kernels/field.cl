@@ -1,14 +1,16 @@
-// General fields along rays. Where F is positive is found by ranges of F and of its slope over pieces of the ray (tape.cl): a piece on which F cannot be
-// positive is passed, and one on which the slope has a sign is decided by F at its ends and, where the sign changes, holds one root, which a bracketed
-// false position finds. From a place where F is negative a piece is passed as far as the steepest slope in it needs to reach 0; the rest of it is halved.
-// What floats cannot separate is decided by the signs at the ends of the piece, and the ray is marked: its pixel is not certified.
+// General fields along rays. Of a piece of a ray a strip (strip.cl) tells up to where F is negative and from where on it is positive: what lies before the one is
+// passed, and between both is the first root. The piece between both is looked at again, and is narrower by the square each time where F is smooth, until
+// it is as narrow as floats can tell. Pieces of which nothing is told are halved.
+// What floats cannot separate is decided by the signs at places of the piece, and the ray is marked: its pixel is not certified.
 //
 // A ray goes through the cells of its tile that are not empty (cells.cl), with the tape of each.
 //
 // s = w / W is the depth (tape_shared.h): rays are straight and s rises along them.
 
 #define FIELD_STEPS 400 // evaluations for a cell of a packet, before what is left is sampled
-#define SAMPLES 16
+#define LAST_SAMPLES 16
+#define SAMPLES 4         // of a piece that is lost in noise
+#define NOISE_PART 0.25f  // of what floats may be wrong by: what F may be at most where it is lost in that
 
 static __global const FieldRecord *field_record(const Ray *ray, uint id)
 {
@@ -62,7 +64,7 @@ static Range field_bounds(const Tape *tape, const FieldLine *line, FLOAT s, floa
     Range point[3], f;
     Doubt doubt;
     FLOAT nothing = -INFINITY, anything = INFINITY;
-    for (int k = 0; k < 3; k++) point[k] = range_ahead(line->o[k], line->e[k], s, s);
+    for (int k = 0; k < 3; k++) point[k] = range_at(line->o[k], line->e[k], s);
     tape_range(tape, point, memory, &f, &doubt);
     f.low = doubt.maybe ? nothing : f.low;
     f.high = doubt.never ? nothing : f.high;
@@ -100,121 +102,172 @@ static FLOAT field_root(const Tape *tape, const FieldLine *line, FLOAT p, FLOAT 
     return q;
 }
 
-// Where floats cannot go on: the first of a few places at which F is positive.
-static FLOAT field_sampled(const Tape *tape, const FieldLine *line, FLOAT p, FLOAT end, INT live, float sign, __global FLOAT *memory)
+// The first of `count` + 1 places of [p, end] at which F is positive, and the place before it; `beyond`: the first one is not asked.
+static FLOAT field_sampled(const Tape *tape, const FieldLine *line, FLOAT p, FLOAT end, int count, INT live, INT beyond, float sign, FLOAT *before,
+                           __global FLOAT *memory)
 {
-    FLOAT found = INFINITY;
-    FLOAT step = (end - p) / SAMPLES;
-    for (int k = 0; k <= SAMPLES; k++) {
-        FLOAT s = p + (float)k * step;
+    FLOAT found = INFINITY, step = (end - p) / (float)count;
+    *before = p;
+    for (int k = 0; k <= count && ANY(live); k++) {
+        FLOAT s = k < count ? p + (float)k * step : end;
         FLOAT f = field_value(tape, line, s, sign, memory);
-        found = (live & (f > 0.0f) & !(found < INFINITY)) ? s : found;
+        INT positive = live & (f > 0.0f) & (k ? live : !beyond);
+        found = positive ? s : found;
+        live = live & !positive;
+        *before = live ? s : *before;
     }
     return found;
+}
+
+// What is known of sign * F over a piece, and what is undefined in it: that is outside.
+static Strip field_strip(const Tape *tape, const FieldLine *line, const FLOAT *p, const FLOAT *q, float sign, __global FLOAT *memory)
+{
+    Strip f;
+    Doubt doubt;
+    FLOAT least_number = -INFINITY, most_number = INFINITY;
+    tape_strip(tape, line->o, line->e, p, q, memory, &f, &doubt);
+    f.p.low = doubt.maybe ? least_number : f.p.low;
+    f.q.low = doubt.maybe ? least_number : f.q.low;
+    f.p.high = doubt.never ? least_number : f.p.high;
+    f.q.high = doubt.never ? least_number : f.q.high;
+    f = sign < 0.0f ? strip_negated(f) : f;
+    f.p.high = f.p.high == f.p.high ? f.p.high : most_number;
+    f.q.high = f.q.high == f.q.high ? f.q.high : most_number;
+    return f;
+}
+
+// Where the line from a to b, which have other signs, is 0: as a part of its length.
+INLINE FLOAT share_until_zero(FLOAT a, FLOAT b)
+{
+    return a / (a - b);
+}
+
+typedef struct Search { // of a packet in a cell, a ray a lane
+    FLOAT p, h, end;       // the piece that is next begins at p and is h long; the search ends at `end`
+    FLOAT certain;         // F is known to be positive there
+    FLOAT found;
+    FLOAT low, high;       // brackets of roots that are left to false position
+    FLOAT f_low, f_high, noise;
+    FLOAT least_step;      // shorter pieces tell nothing new
+    INT live, at_root, bracketed, uncertain;
+} Search;
+
+INLINE void search_bracket(Search *m, INT which, FLOAT low, FLOAT high, FLOAT f_low, FLOAT f_high, FLOAT noise)
+{
+    m->low = which ? low : m->low;
+    m->high = which ? high : m->high;
+    m->f_low = which ? f_low : m->f_low;
+    m->f_high = which ? f_high : m->f_high;
+    m->noise = which ? noise : m->noise;
+    m->bracketed = m->bracketed | which;
+    m->live = m->live & !which;
+}
+
+// Pieces of which strips tell nothing new: the signs of F at a few places decide, and the ray is marked.
+NOINLINE void search_sampled(const Tape *tape, const FieldLine *line, Search *m, const INT *pwhich, const FLOAT *pq, const FLOAT *pnoise, float sign,
+                             __global FLOAT *memory)
+{
+    INT which = *pwhich, sure = which & (*pq >= m->certain);
+    FLOAT q = *pq, before, large = LARGEST;
+    FLOAT place = field_sampled(tape, line, m->p, q, SAMPLES, which, m->at_root, sign, &before, memory);
+    INT positive = which & (place < INFINITY), at_once = (positive & (place == m->p)) | (sure & !positive);
+    FLOAT f_low = field_value(tape, line, before, sign, memory), f_high = field_value(tape, line, positive ? place : q, sign, memory);
+    m->uncertain = m->uncertain | (which & !sure & !m->at_root);
+    m->found = at_once ? (positive ? place : q) : m->found;
+    m->live = m->live & !at_once;
+    search_bracket(m, positive & !at_once, before, place, most(least(f_low, 0.0f), -large), least(f_high, large), *pnoise);
+}
+
+// Pieces where it is not known at their beginning whether F is positive, or where what is known of a root grows no narrower: how long the next one is to be, and
+// of which ones floats cannot tell more.
+NOINLINE void search_closer(const Tape *tape, const FieldLine *line, Search *m, const Strip *pf, const INT *popen, const FLOAT *pq, float sign,
+                            __global FLOAT *memory)
+{
+    INT open = *popen;
+    Strip f = *pf;
+    FLOAT q = *pq, width = q - m->p;
+    Range there = field_bounds(tape, line, m->p, sign, memory);
+    INT begins = open & !m->at_root & (there.low > 0.0f);
+    m->found = begins ? m->p : m->found;
+    m->live = m->live & !begins;
+    open = open & !begins;
+    FLOAT noise = there.high - there.low, top = most(f.p.high, f.q.high), extent = top - least(f.p.low, f.q.low);
+    FLOAT place = m->least_step + 2.5e-7f * most(size_of(m->p), size_of(q));
+    INT near = width <= 0.02f * (1.0f + size_of(m->p)); // farther it may be less than at p
+    INT lost = near & ((top <= NOISE_PART * noise) | (extent <= 4.0f * noise));
+    INT closed = open & (lost | (width <= place));
+    INT sampled = closed & !(m->at_root & (f.q.high <= 0.0f));
+    if (ANY(sampled)) search_sampled(tape, line, m, &sampled, &q, &noise, sign, memory);
+    closed = closed & m->live;
+    m->least_step = closed ? 2.0f * m->least_step : m->least_step;
+    // Where F is lost in noise at p, the next piece is as long as it takes F to be as large.
+    FLOAT usual = 0.5f, least_part = 0.0625f, fit = NOISE_PART * noise / top;
+    FLOAT part = there.high >= 0.0f ? most(least(fit, usual), least_part) : usual;
+    m->h = open ? (closed ? 4.0f * width : part * width) : m->h;
+    m->p = closed ? q : m->p;
+    m->at_root = m->at_root & !closed;
+}
+
+// What a piece from p to q that is open tells: up to where F is not positive, from where on it is, and with that where to go on.
+INLINE void search_open(const Tape *tape, const FieldLine *line, Search *m, const Strip *pf, INT open, FLOAT q, int exists, int late, float sign, __global FLOAT *memory)
+{
+    Strip f = *pf;
+    FLOAT width = q - m->p, start = m->p, stop = q;
+    INT before = open & (f.p.high < 0.0f), behind = f.q.low > 0.0f, crosses = open & (behind | (q >= m->certain));
+    FLOAT ahead = sum_below(m->p, product_below(0.999999f * share_until_zero(f.p.high, f.q.high), width));
+    FLOAT back = sum_above(m->p, product_above(1.000001f * share_until_zero(f.p.low, f.q.low), width));
+    start = (before & (ahead > m->p)) ? ahead : start;
+    stop = (behind & (back < q)) ? back : stop;
+    FLOAT gap = stop - start;
+    m->certain = crosses ? stop : m->certain;
+    INT narrow = crosses & (exists ? crosses : (before | !m->at_root) & (gap <= 1e-6f * size_of(stop) + 1e-12f));
+    FLOAT middle = m->p + width * share_until_zero(f.p.low + f.p.high, f.q.low + f.q.high);
+    m->found = narrow ? least(most(middle, start), stop) : m->found;
+    m->live = m->live & !narrow;
+    open = open & !narrow;
+    FLOAT rest = q - start;
+    INT shorter = open & crosses & (gap <= 0.5f * width), far = open & !crosses & (rest <= 0.5f * width);
+    INT closer = open & !shorter & !far, asked = closer & (!before | crosses | (late ? closer : !closer));
+    m->p = open ? start : m->p;
+    m->h = shorter ? gap : far ? rest : closer ? 0.5f * (crosses ? gap : rest) : m->h;
+    m->at_root = m->at_root & !before;
+    FLOAT last = crosses ? stop : q;
+    if (ANY(asked)) search_closer(tape, line, m, pf, &asked, &last, sign, memory);
 }
 
 // The first place of [p, end] where sign * F is positive; infinity where there is none. `at_root`: p is a place where it has just turned negative.
 NOINLINE void field_search(const Tape *tape, const FieldLine *line, const FLOAT *from, const FLOAT *to, INT live, float sign, INT at_root,
                                   int exists, float grain, __global FLOAT *memory, FLOAT *answer, INT *doubts)
 {
-    FLOAT p = *from, end = *to, found = INFINITY;
-    FLOAT h = end - p;
-    FLOAT least_step = grain;
-    FLOAT low = p, high = p, f_low = 0.0f, f_high = 0.0f, f_noise = 0.0f; // brackets
-    INT bracketed = live & !live, uncertain = bracketed;
-    for (int step = 0; ANY(live); step++) {
+    FLOAT never = INFINITY, none = 0.0f, begin = *from;
+    INT no = live & !live;
+    Search m = {begin, *to - begin, *to, never, never, begin, begin, none, none, none, grain, live, at_root, no, no};
+    for (int step = 0; ANY(m.live); step++) {
         if (step == FIELD_STEPS) {
-            FLOAT sampled = field_sampled(tape, line, p, end, live, sign, memory);
-            found = live ? sampled : found;
-            uncertain = uncertain | live;
+            FLOAT unused, sampled = field_sampled(tape, line, m.p, m.end, LAST_SAMPLES, m.live, m.at_root, sign, &unused, memory);
+            m.found = m.live ? sampled : m.found;
+            m.uncertain = m.uncertain | m.live;
             break;
         }
-        FLOAT q = least(p + h, end);
-        q = h >= end - p ? end : q;
-        Dual r;
-        Doubt doubt;
-        tape_dual(tape, line->o, line->e, &p, &q, memory, &r, &doubt);
-        if (sign < 0.0f) r = dual_negated(r);
-        INT sure = !doubt.maybe;
-        INT none = sign > 0.0f ? (r.f.high <= 0.0f) | doubt.never : (r.f.high <= 0.0f) & sure;
-        INT all = sign > 0.0f ? (r.f.low > 0.0f) & sure : (r.f.low > 0.0f) | doubt.never;
-        INT passed = live & none, met = live & all, open = live & !none & !all;
-        FLOAT reach = p, shorter = 0.5f * h;
-        if (ANY(open)) {
-            FLOAT place = least_step + 2.5e-7f * most(size_of(p), size_of(q));
-            INT rising = sure & (r.d.low > 0.0f), falling = sure & (r.d.high < 0.0f), steep = rising | falling;
-            INT tiny = (q - p) <= place;
-            Range at_p = r.at;
-            if (ANY(open & !sure)) {
-                Range there = field_bounds(tape, line, p, sign, memory);
-                at_p = range_choose(sure, at_p, there);
-            }
-            // Floats know a place to `place` only, and F there no better than to `noise`: where F is a quarter of that at most, halves tell nothing new. (Of all
-            // of it, rays along a face miss what is in front of it; of nothing, colonnade takes 540 ms instead of 490.)
-            FLOAT noise = at_p.high - at_p.low;
-            INT near = q - p <= 0.02f * (1.0f + size_of(p)); // farther the steepest slope says little
-            INT flat = open & sure & near & (r.f.high <= 0.25f * noise);
-            INT positive = open & (at_p.high > 0.0f) & !at_root, certain = at_p.low > 0.0f;
-            INT begins = positive & (certain | rising);
-            uncertain = uncertain | (positive & !certain & falling);
-            INT closing = open & (tiny | flat) & !steep & !begins;
-            INT rises = open & rising & !begins;
-            FLOAT f_q = r.f.high, f_p = least(at_p.high, 0.0f);
-            if (ANY(rises | closing)) f_q = field_value(tape, line, q, sign, memory);
-            INT crosses = (rises | closing) & (f_q > 0.0f);
-            // A root at p whose slope has no sign however short the piece is, since faces lie in each other there: where F is positive for certain as soon as floats
-            // can tell, it turns so in between.
-            FLOAT behind = q;
-            INT turning = positive & !begins & !rises & !closing;
-            if (ANY(turning)) {
-                FLOAT beyond = p + most(place, 4.0f * noise / most(size_of(r.d.low), size_of(r.d.high)));
-                Range there = field_bounds(tape, line, beyond, sign, memory);
-                INT turned = turning & sure & (beyond < q) & (there.low > 0.0f);
-                behind = turned ? beyond : behind;
-                f_q = turned ? there.high : f_q;
-                crosses = crosses | turned;
-            }
-            if (ANY(closing)) {
-                FLOAT f = field_value(tape, line, p, sign, memory);
-                INT at_once = closing & (f > 0.0f) & !at_root;
-                begins = begins | at_once;
-                crosses = crosses & !at_once;
-                INT undecided = closing & !at_once & !crosses;
-                uncertain = uncertain | undecided;
-                least_step = undecided ? 2.0f * least_step : least_step;
-            }
-            met = met | begins;
-            low = crosses ? p : low;
-            high = crosses ? behind : high;
-            f_low = crosses ? f_p : f_low;
-            f_high = crosses ? f_q : f_high;
-            f_noise = crosses ? noise : f_noise;
-            bracketed = bracketed | crosses;
-            live = live & !crosses;
-            // F rises by the steepest slope at most.
-            FLOAT ahead = p + 0.99999f * (-at_p.high / most(r.d.high, 1e-37f));
-            INT reaches = open & sure & (at_p.high < 0.0f) & (ahead > p);
-            reach = reaches ? least(ahead, q) : reach;
-            // At a root F rises to its most there at the earliest where its steepest slope would have brought it: up to there it may have a sign.
-            FLOAT climb = 0.9f * (r.f.high / r.d.high);
-            shorter = (positive & (climb < shorter) & (climb > 0.0f)) ? most(climb, place) : shorter;
-            passed = passed | (open & !begins & !crosses & (steep | closing | (reach >= q)));
-        }
-        found = met ? p : found;
-        live = live & !met;
-        INT far = passed | (reach - p > 0.5f * (q - p));
-        at_root = at_root & !passed & !(reach > p);
-        h = far ? (passed ? 8.0f * h : h) : shorter;
-        p = passed ? q : reach;
-        live = live & (p < end);
-        h = least(h, end - p);
+        FLOAT q = m.h >= m.end - m.p ? m.end : least(m.p + m.h, m.end);
+        q = least(q, m.certain);
+        Strip f = field_strip(tape, line, &m.p, &q, sign, memory);
+        INT passed = m.live & (f.p.high <= 0.0f) & (f.q.high <= 0.0f), contrary = passed & (q >= m.certain);
+        INT met = m.live & (f.p.low > 0.0f) & (!m.at_root | (f.q.low > 0.0f)), open = m.live & !passed & !met;
+        m.found = met ? m.p : contrary ? q : m.found;
+        m.live = m.live & !met & !contrary;
+        m.at_root = m.at_root & !passed;
+        m.h = passed ? 8.0f * m.h : m.h;
+        m.p = passed ? q : m.p;
+        if (ANY(open)) search_open(tape, line, &m, &f, open, q, exists, step >= 8, sign, memory);
+        m.live = m.live & (m.p < m.end);
     }
-    if (ANY(bracketed)) {
-        FLOAT s = exists ? high : field_root(tape, line, low, high, f_low, f_high, f_noise, bracketed, sign, memory);
-        found = bracketed ? s : found;
+    if (ANY(m.bracketed)) {
+        FLOAT s = exists ? m.high : field_root(tape, line, m.low, m.high, m.f_low, m.f_high, m.noise, m.bracketed, sign, memory);
+        m.found = m.bracketed ? s : m.found;
     }
-    *answer = found;
-    *doubts = *doubts | uncertain;
+    *answer = m.found;
+    *doubts = *doubts | m.uncertain;
 }
 
 static __global FieldTile *field_tile(const Ray *ray, uint id)

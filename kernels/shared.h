@@ -191,7 +191,7 @@ typedef struct FrameConstants {
 // Memory of a tile for general fields, in unsigneds: a table of fields (cells.cl), scratch, and shortened tapes. `lanes`: rays of all work-items together.
 // Scratch are the values of one evaluation for each work-item and, with packets, what is chosen in each step and who needs it.
 #define FIELD_TABLE 10240
-#define FIELD_VALUE 6u // numbers of a value in an evaluation, at most, for each ray
+#define FIELD_VALUE 4u // numbers of a value in an evaluation, at most, for each ray
 #define FIELD_SCRATCH(longest, lanes) (((longest) + 4u) * (FIELD_VALUE * (lanes) + 4u))
 #define FIELD_ROOM(longest, pool, lanes) ((FIELD_TABLE + FIELD_SCRATCH(longest, lanes) + 2u * (pool) + 31u) & ~31u)
 

@@ -1,4 +1,4 @@
-// What soundness.c asks of kernels/tape.cl: the functions that pictures are made with, one work-item for a tape and LANES of its CASES cases.
+// What soundness.c asks of kernels/tape.cl and strip.cl: the functions that pictures are made with, one work-item for a tape and LANES of its CASES cases.
 //
 // A case is a lane. In every array the CASES numbers of one quantity stand together: PART of the quantity are this work-item's.
 
@@ -38,18 +38,16 @@ __kernel void soundness(__global const TapeStep *steps, __global const uint *hea
     }
 
     FLOAT o[3], e[3], p = PART(in, IN_RAY + 6), q = PART(in, IN_RAY + 7);
-    Dual dual;
+    Strip strip;
     for (uint k = 0; k < 3; k++) {
         o[k] = PART(in, IN_RAY + k);
         e[k] = PART(in, IN_RAY + 3 + k);
     }
-    tape_dual(&tape, o, e, &p, &q, room, &dual, &doubt);
-    PART(out, OUT_DUAL) = dual.f.low;
-    PART(out, OUT_DUAL + 1) = dual.f.high;
-    PART(out, OUT_DUAL + 2) = truth(doubt.maybe);
-    PART(out, OUT_DUAL + 3) = truth(doubt.never);
-    PART(out, OUT_DUAL + 4) = dual.at.low;
-    PART(out, OUT_DUAL + 5) = dual.at.high;
-    PART(out, OUT_DUAL + 6) = dual.d.low;
-    PART(out, OUT_DUAL + 7) = dual.d.high;
+    tape_strip(&tape, o, e, &p, &q, room, &strip, &doubt);
+    PART(out, OUT_STRIP) = strip.p.low;
+    PART(out, OUT_STRIP + 1) = strip.p.high;
+    PART(out, OUT_STRIP + 2) = strip.q.low;
+    PART(out, OUT_STRIP + 3) = strip.q.high;
+    PART(out, OUT_STRIP + 4) = truth(doubt.maybe);
+    PART(out, OUT_STRIP + 5) = truth(doubt.never);
 }

@@ -12,7 +12,7 @@
 #define OUT_RANGE    0u // low, high, maybe, never
 #define OUT_VALUES   4u
 #define OUT_GRADIENT 12u // of the first point
-#define OUT_DUAL     15u // low, high, maybe, never, and at p low, high, and of the slope low, high
-#define OUT_COUNT    23u
+#define OUT_STRIP    15u // at p low, high, at q low, high, maybe, never
+#define OUT_COUNT    21u
 
 #endif
