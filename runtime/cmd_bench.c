@@ -143,6 +143,6 @@ int command_bench(const Options *options)
             print_bench(&bench, &stats, wall, cpu);
     }
     free(bench.frames);
-    scn_free(bench.scene);
+    command_free(bench.scene);
     return status;
 }

@@ -323,6 +323,6 @@ int command_render(const Options *options)
     if (status == EXIT_DONE) store_kernels(&job);
     if (status == EXIT_DONE && options->stats) status = command_json_file(options->stats, stats_json(&job));
     free(job.times.frame_ms);
-    scn_free(job.scene);
+    command_free(job.scene);
     return status;
 }

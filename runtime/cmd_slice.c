@@ -446,7 +446,7 @@ int command_slice(const Options *options)
         print_text(&s);
     slicer_free(slicer);
     device_close(device);
-    scn_free(s.scene);
+    command_free(s.scene);
     arena_release(&s.arena);
     return status;
 }

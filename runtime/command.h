@@ -67,6 +67,10 @@ void command_describe(const Options *options, CommandScene *scene);
 // is freed.
 int command_loaded(ScnScene *scene);
 
+// For a scene whose kernels may have been compiled, where the process ends next. PoCL takes 60 ms to give back the
+// library of functions that it compiled them with, so nothing is freed, but for who looks for leaks.
+void command_free(ScnScene *scene);
+
 // The moment and the number of the frame of --time. False with a message.
 bool command_time(const Options *options, const ScnScene *scene, double *time, double *frame);
 

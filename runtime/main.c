@@ -181,6 +181,21 @@ ScnScene *command_load(const Options *options, int *status)
     return *status == EXIT_DONE ? scene : NULL;
 }
 
+#ifdef __has_feature
+#define HAS_FEATURE(name) __has_feature(name)
+#else
+#define HAS_FEATURE(name) 0
+#endif
+
+void command_free(ScnScene *scene)
+{
+#if defined(__SANITIZE_ADDRESS__) || HAS_FEATURE(address_sanitizer)
+    scn_free(scene);
+#else
+    (void)scene;
+#endif
+}
+
 bool command_time(const Options *options, const ScnScene *scene, double *time, double *frame)
 {
     ScnInfo info;

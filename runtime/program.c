@@ -60,10 +60,24 @@ static void make_key(const Device *device, const ProgramDesc *desc, uint8_t key[
     memcpy(key, canonical.digest, 16);
 }
 
-static bool entry_path(const uint8_t key[16], char *path, size_t size)
+// Beside the command, as it is built and installed: bin/scn and share/scn. For programs that call the library and
+// stand elsewhere, where scn was to be installed.
+static void stock_folder(char *path, size_t size)
 {
-    char folder[FILE_PATH_SIZE];
-    if (!program_cache_folder(folder, sizeof folder)) return false;
+    char program[FILE_PATH_SIZE];
+    ssize_t length = readlink("/proc/self/exe", program, sizeof program - 1);
+    program[length > 0 ? length : 0] = 0;
+    for (int level = 0; level < 2; level++) {
+        char *slash = strrchr(program, '/');
+        if (slash) *slash = 0;
+    }
+    int written = snprintf(path, size, "%s/share/scn", program);
+    bool beside = written > 0 && (size_t)written < size && !access(path, R_OK | X_OK);
+    if (!beside) snprintf(path, size, "%s", SCN_DATA_FOLDER);
+}
+
+static bool entry_path(const char *folder, const uint8_t key[16], char *path, size_t size)
+{
     int length = snprintf(path, size, "%s/", folder);
     if (length < 0 || (size_t)length + 40 > size) return false;
     for (int i = 0; i < 16; i++) length += sprintf(path + length, "%02x", key[i]);
@@ -85,13 +99,13 @@ static cl_program program_of_binary(Device *device, const void *binary, size_t s
     return NULL;
 }
 
-// A program from the cache, or NULL. Drivers do not survive every damaged binary, so nothing reaches them whose hash
-// is wrong.
-static cl_program program_of_cache(Device *device, const uint8_t key[16], const char *options)
+// A program from an entry in a folder, or NULL. Drivers do not survive every damaged binary, so nothing reaches them
+// whose hash is wrong.
+static cl_program program_of_entry(Device *device, const char *folder, const uint8_t key[16], const char *options)
 {
     char path[FILE_PATH_SIZE];
     FileBytes file;
-    if (!entry_path(key, path, sizeof path) || !bytes_open(&file, path, NULL)) return NULL;
+    if (!entry_path(folder, key, path, sizeof path) || !bytes_open(&file, path, NULL)) return NULL;
     EntryHeader header;
     cl_program cl = NULL;
     if (file.size > sizeof header) {
@@ -103,6 +117,17 @@ static cl_program program_of_cache(Device *device, const uint8_t key[16], const 
     }
     bytes_close(&file);
     return cl;
+}
+
+// From the user's cache, or else from what was compiled with scn; NULL where neither has it.
+static cl_program program_of_cache(Device *device, const uint8_t key[16], const char *options)
+{
+    char folder[FILE_PATH_SIZE];
+    cl_program cl = NULL;
+    if (program_cache_folder(folder, sizeof folder)) cl = program_of_entry(device, folder, key, options);
+    if (cl) return cl;
+    stock_folder(folder, sizeof folder);
+    return program_of_entry(device, folder, key, options);
 }
 
 // Saves the source and what the compiler said about it. Returns the path in `path`.
@@ -205,8 +230,8 @@ void *program_binary(const Program *program, size_t *size, Failure *failure)
 bool program_store(const Program *program, Failure *failure)
 {
     if (program->from_cache || program->no_cache) return true;
-    char path[FILE_PATH_SIZE];
-    if (!entry_path(program->key, path, sizeof path))
+    char path[FILE_PATH_SIZE], folder[FILE_PATH_SIZE];
+    if (!program_cache_folder(folder, sizeof folder) || !entry_path(folder, program->key, path, sizeof path))
         return fail(failure, "there is no folder for the cache: HOME is not set");
     if (!access(path, R_OK) && program->from_binary) return true;
     char *slash = strrchr(path, '/');
