@@ -2,11 +2,13 @@
 //
 // At each time and for each patch: the centre, the L2 norm of x, y and z over the unit square (trapezoidal rule over the
 // nodes), the least and the greatest x, y and z of the nodes, and the places that --probe asks for.
+#include <errno.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "runtime/command.h"
+#include "runtime/file.h"
 #include "runtime/patch_scene.h"
 #include "runtime/scene.h"
 
@@ -182,7 +184,11 @@ static void add_shape(Patches *p, PatchSolve *solve, const PatchShape *shape, co
 static int solve_patch(Patches *p, const PlanPatch *patch)
 {
     Failure failure = {""};
-    PatchSolveDesc desc = {.fps = p->plan->fps, .method = p->method, .device = p->device, .sweeps = p->options->sweeps};
+    PatchSolveDesc desc = {.fps = p->plan->fps,
+                           .method = p->method,
+                           .device = p->device,
+                           .sweeps = p->options->sweeps,
+                           .checkpoints = p->options->checkpoints};
     PatchSolve *solve = patch_solve_new(patch, &desc, &failure);
     if (!solve) {
         command_error("%s", failure.text);
@@ -204,6 +210,10 @@ static int solve_patch(Patches *p, const PlanPatch *patch)
         else
             print_shape(p, solve, &shape, patch->name, &s);
     }
+    int damaged = patch_solve_damaged(solve);
+    if (damaged)
+        command_warning("%d checkpoint%s of patches could not be used: %s", damaged, damaged == 1 ? "" : "s",
+                        patch_solve_damage(solve));
     patch_solve_free(solve);
     return status;
 }
@@ -218,6 +228,10 @@ static int solve_all(Patches *p)
             command_error("%s", failure.text);
             return EXIT_WORLD;
         }
+    }
+    if (p->options->checkpoints && !make_folders(p->options->checkpoints)) {
+        command_error("cannot make the folder for checkpoints %s: %s", p->options->checkpoints, strerror(errno));
+        return EXIT_WORLD;
     }
     if (p->options->json) p->json = cJSON_CreateArray();
     if (p->options->csv) printf("patch,time,steps,what,u,v,x,y,z\n");

@@ -172,7 +172,8 @@ static ScnStatus render_frame(Job *job, double time, double frame)
     job->times.frame_ms[job->times.count++] = stats.frame_ms;
     job->times.cpu_ms += stats.frame_cpu_ms;
     if (stats.damaged_checkpoints > job->damaged) {
-        command_warning("%d damaged checkpoints of patches were not used", stats.damaged_checkpoints - job->damaged);
+        int count = stats.damaged_checkpoints - job->damaged;
+        command_warning("%d checkpoint%s of patches could not be used: %s", count, count == 1 ? "" : "s", stats.damage);
         job->damaged = stats.damaged_checkpoints;
     }
     return SCN_OK;

@@ -278,6 +278,7 @@ Device *device_open(const DeviceDesc *desc, Failure *failure)
     device->platform = found[index].platform;
     device->id = found[index].id;
     device->info = info_of(device->platform, device->id);
+    device->no_cache = desc->no_cache;
     device->width = desc->width ? desc->width : device->info.is_cpu ? 16 : 1;
 
     cl_int status;

@@ -43,7 +43,8 @@ typedef struct Device {
     cl_context context;
     cl_command_queue queue; // in order
     DeviceInfo info;
-    int width; // lanes of a packet: 16 on a CPU, where a work-item does a packet; 1 elsewhere, where it does a ray
+    int width;     // lanes of a packet: 16 on a CPU, where a work-item does a packet; 1 elsewhere, where it does a ray
+    bool no_cache; // as its description says
     struct Program
         *patches; // the kernels of patches, which all of them share (runtime/patch_device.h); NULL: not built so far
 } Device;
@@ -55,6 +56,7 @@ typedef struct DeviceDesc {
     int threads;    // of a CPU; 0: as many as it has
     int width;      // 1 or 16 to overrule the device's own; 0: its own
     bool profiling; // events carry times
+    bool no_cache;  // what is built for it neither reads nor writes the cache (runtime/program.h)
 } DeviceDesc;
 
 // Fills up to `capacity` infos in the order of their numbers and returns how many devices there are, 0 if none;

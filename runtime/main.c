@@ -157,6 +157,7 @@ void command_describe(const Options *options, CommandScene *scene)
         .check_only = options->command == COMMAND_CHECK,
         .no_cache = options->no_cache,
         .solver = options->solver,
+        .checkpoints = options->checkpoints,
     };
 }
 

@@ -273,6 +273,7 @@ static bool set_option(Options *options, OptionId id, const char *value)
     case OPTION_WINDOW: options->window = value; return true;
     case OPTION_TIMES: options->times = value; return true;
     case OPTION_SOLVER: return set_solver(options, value);
+    case OPTION_CHECKPOINTS: options->checkpoints = value; return true;
     case OPTION_SWEEPS: return set_count(options, "sweeps", value, 100000000, &options->sweeps);
     case OPTION_PATCH: options->patch = value; return true;
     case OPTION_DEPFILE: options->depfile = true; return true;

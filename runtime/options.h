@@ -59,6 +59,7 @@ typedef struct Options {
     bool depfile;
     const char *times, *patch;
     const char *plane, *window, *slice; // not yet understood
+    const char *checkpoints;            // a folder; NULL: not given
     const char *solver;                 // of patches, as ScnSceneDesc has it; NULL: not given
     int sweeps;                         // 0: not given
     bool csv;

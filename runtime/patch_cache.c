@@ -17,10 +17,11 @@
 
 struct PatchCache {
     char folder[FILE_PATH_SIZE];
+    bool chosen; // the folder: nothing in it is deleted
     char key[33];
 };
 
-PatchCache *patch_cache_new(const PlanPatch *patch, const double *inputs, const char *solver)
+PatchCache *patch_cache_new(const PlanPatch *patch, const double *inputs, const char *solver, const char *folder)
 {
     PatchCache *cache = calloc(1, sizeof *cache);
     if (!cache) return NULL;
@@ -30,7 +31,9 @@ PatchCache *patch_cache_new(const PlanPatch *patch, const double *inputs, const 
     const char *version = SCN_VERSION;
     record_text(&record, &version);
     record_text(&record, &solver);
-    bool ok = !record.bad && program_cache_folder(cache->folder, sizeof cache->folder);
+    cache->chosen = folder != NULL;
+    bool ok = !record.bad && (folder ? snprintf(cache->folder, sizeof cache->folder, "%s", folder) < FILE_PATH_SIZE
+                                     : program_cache_folder(cache->folder, sizeof cache->folder));
     if (ok) {
         XXH128_canonical_t canonical;
         XXH128_canonicalFromHash(&canonical, XXH3_128bits(record.bytes, record.size));
@@ -47,10 +50,11 @@ void patch_cache_free(PatchCache *cache)
     free(cache);
 }
 
-static bool path_of(const PatchCache *cache, uint64_t steps, char *path, size_t size)
+bool patch_cache_path(const PatchCache *cache, uint64_t steps, char path[static FILE_PATH_SIZE])
 {
-    int length = snprintf(path, size, "%s/patch-%s-%llu", cache->folder, cache->key, (unsigned long long)steps);
-    return length > 0 && (size_t)length < size;
+    int length =
+        snprintf(path, FILE_PATH_SIZE, "%s/patch-%s-%llu", cache->folder, cache->key, (unsigned long long)steps);
+    return length > 0 && length < FILE_PATH_SIZE;
 }
 
 typedef struct Entry {
@@ -97,20 +101,30 @@ void patch_cache_store(const PatchCache *cache, uint64_t steps, const void *byte
 {
     char path[FILE_PATH_SIZE];
     WholeFile file;
-    if (!path_of(cache, steps, path, sizeof path) || !access(path, F_OK) || !make_folders(cache->folder)) return;
+    if (!patch_cache_path(cache, steps, path) || !access(path, F_OK) || !make_folders(cache->folder)) return;
     if (!whole_open(&file, path, NULL, NULL)) return;
     if (whole_write(&file, bytes, size, NULL))
         whole_finish(&file, NULL);
     else
         whole_drop(&file);
-    patch_cache_prune(cache->folder, PATCH_CACHE_BYTES);
+}
+
+void patch_cache_drop(const PatchCache *cache, uint64_t steps)
+{
+    char path[FILE_PATH_SIZE];
+    if (patch_cache_path(cache, steps, path)) unlink(path);
+}
+
+void patch_cache_tidy(const PatchCache *cache)
+{
+    if (!cache->chosen) patch_cache_prune(cache->folder, PATCH_CACHE_BYTES);
 }
 
 bool patch_cache_load(const PatchCache *cache, uint64_t least, uint64_t most, uint64_t *steps, FileBytes *file)
 {
     char path[FILE_PATH_SIZE];
     for (uint64_t k = most / PATCH_CACHE_STEPS * PATCH_CACHE_STEPS; k > least && k > 0; k -= PATCH_CACHE_STEPS) {
-        if (!path_of(cache, k, path, sizeof path)) return false;
+        if (!patch_cache_path(cache, k, path)) return false;
         if (access(path, R_OK) || !bytes_open(file, path, NULL)) continue;
         *steps = k;
         return true;

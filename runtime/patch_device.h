@@ -33,6 +33,7 @@
 #include "runtime/patch_contact.h"
 #include "runtime/patch_host.h"
 #include "runtime/patch_model.h"
+#include "runtime/patch_state.h"
 
 typedef struct PatchDevice PatchDevice;
 
@@ -105,8 +106,12 @@ double patch_device_time(const PatchDevice *patches, int patch);
 uint64_t patch_device_steps(const PatchDevice *patches, int patch);
 double patch_device_force_time(const PatchDevice *patches, int patch);
 
+// Names the kernels and the device: checkpoints of equal keys go on to equal bits.
+void patch_device_key(const PatchDevice *patches, char key[static PATCH_SOLVER_KEY]);
+
 // A checkpoint of a patch, as patch_host_save() and patch_host_restore(); its model, forces and solids are not in it, its
-// edges are. It does not matter which patch, or of how many, it was. The size is 0 with `failure` set where the device
+// edges are. It does not matter which patch, or of how many, it was; one that could not be
+// restored has to be started anew. The size is 0 with `failure` set where the device
 // does not answer.
 size_t patch_device_save(PatchDevice *patches, int patch, void *bytes, size_t capacity, Failure *failure);
 bool patch_device_restore(PatchDevice *patches, int patch, const void *bytes, size_t size, Failure *failure);

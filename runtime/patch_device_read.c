@@ -1,4 +1,5 @@
 // What is read of patches on a device: places, how they are, and checkpoints.
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -110,6 +111,12 @@ double patch_device_force_time(const PatchDevice *patches, int patch)
 
 // ---- checkpoints
 
+void patch_device_key(const PatchDevice *patches, char key[static PATCH_SOLVER_KEY])
+{
+    strcpy(key, "device-");
+    for (int k = 0; k < 16; k++) sprintf(key + 7 + 2 * k, "%02x", patches->program->key[k]);
+}
+
 size_t patch_device_save(PatchDevice *patches, int patch, void *bytes, size_t capacity, Failure *failure)
 {
     PatchWriter writer = {bytes, capacity, 0};
@@ -161,6 +168,8 @@ bool patch_device_restore(PatchDevice *patches, int patch, const void *bytes, si
         size_t slot = (size_t)(3 * patch + c);
         patch_read(&reader, &result, sizeof result);
         patch_read(&reader, patches->floats, state);
+        for (size_t k = 0; k < state / sizeof(float); k++)
+            if (!isfinite(patches->floats[k])) return fail(failure, "the checkpoint of the patch is not finite");
         result.epoch = ((PatchRecord *)patches->records.bytes)[slot].epoch;
         if (!patch_mirror_write(&patches->results, patches->device, slot * sizeof result, sizeof result, &result,
                                 failure) ||

@@ -10,6 +10,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+#define XXH_INLINE_ALL
+#include <xxhash.h>
+
 #include "runtime/patch_band.h"
 #include "runtime/patch_diagnose.h"
 #include "runtime/patch_state.h"
@@ -585,6 +588,21 @@ bool patch_host_step(PatchHost *patch, const PatchDrive *drive, PatchFault *faul
     return true;
 }
 
+// Linear algebra takes what instructions a processor has: its name and its list of them.
+void patch_host_key(char key[static PATCH_SOLVER_KEY])
+{
+    char line[4096];
+    XXH64_hash_t hash = 0;
+    FILE *file = fopen("/proc/cpuinfo", "r");
+    for (bool first = true; file && first && fgets(line, sizeof line, file);) {
+        first = line[0] != '\n'; // the rest is of other cores
+        if (!strncmp(line, "model name", 10) || !strncmp(line, "flags", 5) || !strncmp(line, "Features", 8))
+            hash = XXH3_64bits_withSeed(line, strlen(line), hash);
+    }
+    if (file) fclose(file);
+    snprintf(key, PATCH_SOLVER_KEY, "direct-%016llx", (unsigned long long)hash);
+}
+
 size_t patch_host_save(const PatchHost *patch, void *bytes, size_t capacity)
 {
     const PatchHostWork *work = patch->work;
@@ -610,6 +628,11 @@ bool patch_host_restore(PatchHost *patch, const void *bytes, size_t size, Failur
     if (!patch_read_header(&reader, bytes, size, PATCH_STATE_HOST, patch->model.nodes, 1, failure)) return false;
     if (size != patch_host_save(patch, NULL, 0)) return fail(failure, "the checkpoint of the patch has a wrong length");
     size_t grid = nodes_of(patch) * sizeof(double);
+    for (size_t at = 4 * sizeof(double); at < reader.left; at += sizeof(double)) {
+        double value;
+        memcpy(&value, reader.bytes + at, sizeof value);
+        if (!isfinite(value)) return fail(failure, "the checkpoint of the patch is not finite");
+    }
     patch_read(&reader, &patch->steps, sizeof patch->steps);
     patch_read(&reader, &patch->time, sizeof patch->time);
     patch_read(&reader, &work->origin, sizeof work->origin);

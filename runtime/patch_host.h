@@ -25,6 +25,7 @@
 #include "runtime/failure.h"
 #include "runtime/patch_contact.h"
 #include "runtime/patch_model.h"
+#include "runtime/patch_state.h"
 
 typedef enum PatchSolver { PATCH_DIRECT, PATCH_GAUSS_SEIDEL } PatchSolver;
 
@@ -83,6 +84,9 @@ double patch_host_force_time(const PatchHost *patch);
 // Does one step. False with `fault` set where the patch diverges or the matrix is not positive definite; the state is
 // then as before.
 bool patch_host_step(PatchHost *patch, const PatchDrive *drive, PatchFault *fault);
+
+// Names the processor, of which LAPACK's bits depend: checkpoints of equal keys go on to equal bits.
+void patch_host_key(char key[static PATCH_SOLVER_KEY]);
 
 // Writes a checkpoint if `capacity` suffices and returns the bytes it needs; bytes may be NULL.
 size_t patch_host_save(const PatchHost *patch, void *bytes, size_t capacity);

@@ -40,6 +40,8 @@ struct PatchSolve {
     bool cells_filled;
     PatchCache *cache; // of these inputs; NULL: not made, or handles have moved on the way
     int damaged;
+    char damage[FILE_PATH_SIZE + 200]; // what is wrong with the last of them
+    bool stored;                       // a checkpoint, since the folder was tidied
 };
 
 static size_t nodes_of(const PatchSolve *solve)
@@ -266,10 +268,14 @@ static bool start(PatchSolve *solve, const double *inputs, FrameError *error)
     solve->settled = false;
     patch_cache_free(solve->cache);
     solve->cache = NULL;
-    if (!solve->desc.cached || solve->desc.method == PATCH_METHOD_ITERATIVE) return true;
-    char solver[DEVICE_KEY_SIZE] = "direct";
-    if (solve->device) device_key(solve->desc.device, solver);
-    solve->cache = patch_cache_new(solve->patch, inputs, solver);
+    bool kept = solve->desc.cached || solve->desc.checkpoints;
+    if (!kept || solve->desc.method == PATCH_METHOD_ITERATIVE) return true;
+    char solver[PATCH_SOLVER_KEY];
+    if (solve->device)
+        patch_device_key(solve->device, solver);
+    else
+        patch_host_key(solver);
+    solve->cache = patch_cache_new(solve->patch, inputs, solver, solve->desc.checkpoints);
     return true;
 }
 
@@ -362,14 +368,13 @@ static size_t save(PatchSolve *solve, void *bytes, size_t capacity, Failure *fai
 }
 
 // Places, steps and time are those of the solver.
-static bool restore(PatchSolve *solve, const void *bytes, size_t size)
+static bool restore(PatchSolve *solve, const void *bytes, size_t size, Failure *failure)
 {
-    Failure failure;
     if (solve->device) {
-        if (!patch_device_restore(solve->device, solve->member, bytes, size, &failure)) return false;
+        if (!patch_device_restore(solve->device, solve->member, bytes, size, failure)) return false;
         solve->steps = patch_device_steps(solve->device, solve->member);
     } else {
-        if (!patch_host_restore(solve->host, bytes, size, &failure)) return false;
+        if (!patch_host_restore(solve->host, bytes, size, failure)) return false;
         for (int c = 0; c < 3; c++) memcpy(solve->now[c], solve->host->x[c], nodes_of(solve) * sizeof(double));
         solve->steps = solve->host->steps;
     }
@@ -392,27 +397,33 @@ static void keep(PatchSolve *solve)
     uint8_t *bytes = size ? malloc(lead + size) : NULL;
     if (!bytes) return;
     memcpy(bytes, &solve->before_time, lead);
-    if (save(solve, bytes + lead, size, &failure)) patch_cache_store(solve->cache, solve->steps, bytes, lead + size);
+    if (save(solve, bytes + lead, size, &failure)) {
+        patch_cache_store(solve->cache, solve->steps, bytes, lead + size);
+        solve->stored = true;
+    }
     free(bytes);
 }
 
 // Goes to a checkpoint. The solver gets the model that it had then, since it counts time from where its step changed.
-static bool go_to(PatchSolve *solve, const FileBytes *file, uint64_t steps, double time, FrameError *error)
+static bool go_to(PatchSolve *solve, const FileBytes *file, uint64_t steps, double time, Failure *failure)
 {
     double before;
+    FrameError error;
     size_t lead = sizeof before;
-    if (file->size < lead) return false;
+    if (file->size < lead) return fail(failure, "it is too short");
     memcpy(&before, file->bytes, lead);
-    if (!(before >= 0 && before <= time) || !patch_driver_at(solve->driver, before, solve->inputs, error)) return false;
-    if (!patch_driver_edges(solve->driver, places(solve->now), error) || !set_model(solve, error)) return false;
-    if (!restore(solve, file->bytes + lead, file->size - lead)) return false;
+    if (!(before >= 0 && before <= time)) return fail(failure, "its time is not that of its steps");
+    if (!patch_driver_at(solve->driver, before, solve->inputs, &error) ||
+        !patch_driver_edges(solve->driver, places(solve->now), &error) || !set_model(solve, &error))
+        return fail(failure, "the patch cannot be set to it: %s", error.text);
+    if (!restore(solve, file->bytes + lead, file->size - lead, failure)) return false;
     solve->started = solve->steps == steps && solve->time > before && solve->time <= time;
-    for (int c = 0; c < 3; c++) memcpy(solve->before[c], solve->now[c], nodes_of(solve) * sizeof(double));
+    if (!solve->started) return fail(failure, "its time is not that of its steps");
     patch_edges_copy(solve->edges_now, solve->device ? patch_device_edges_now(solve->device, solve->member)
                                                      : patch_host_edges(solve->host));
     patch_edges_copy(solve->edges_before, solve->edges_now);
     solve->driver->edges_known = false;
-    return solve->started;
+    return true;
 }
 
 // Jumps to the last checkpoint before a time, where there is one ahead. False where the patch cannot be started again
@@ -424,10 +435,15 @@ static bool jump(PatchSolve *solve, double time, FrameError *error)
     uint64_t most = solve->steps + (uint64_t)ahead, found;
     FileBytes file;
     while (patch_cache_load(solve->cache, solve->steps, most, &found, &file)) {
-        bool good = go_to(solve, &file, found, time, error);
+        Failure failure = {""};
+        char path[FILE_PATH_SIZE];
+        bool good = go_to(solve, &file, found, time, &failure);
         bytes_close(&file);
         if (good) return true;
         solve->damaged++;
+        patch_cache_path(solve->cache, found, path);
+        patch_cache_drop(solve->cache, found);
+        snprintf(solve->damage, sizeof solve->damage, "%s: %.190s", path, failure.text);
         if (!start(solve, solve->inputs, error)) return false;
         most = found - 1;
     }
@@ -437,6 +453,11 @@ static bool jump(PatchSolve *solve, double time, FrameError *error)
 int patch_solve_damaged(const PatchSolve *solve)
 {
     return solve->damaged;
+}
+
+const char *patch_solve_damage(const PatchSolve *solve)
+{
+    return solve->damage;
 }
 
 static void show(PatchSolve *solve, double time)
@@ -506,11 +527,25 @@ static bool go_on(PatchSolve *const *solves, uint32_t count, double time, const 
     return true;
 }
 
+// All of them are in one folder.
+static void tidy(PatchSolve *const *solves, uint32_t count)
+{
+    bool tidied = false;
+    for (uint32_t k = 0; k < count; k++) {
+        if (solves[k]->stored && solves[k]->cache && !tidied) {
+            patch_cache_tidy(solves[k]->cache);
+            tidied = true;
+        }
+        solves[k]->stored = false;
+    }
+}
+
 bool patch_solves_to(PatchSolve *const *solves, uint32_t count, double time, const double *inputs, FrameError *error)
 {
     *error = (FrameError){0};
     if (time < 0) time = 0;
     bool ok = go_on(solves, count, time, inputs, error);
+    tidy(solves, count);
     for (uint32_t k = 0; k < count; k++) {
         PatchSolve *solve = solves[k];
         if (ok) {

@@ -37,8 +37,9 @@ typedef struct PatchSolveDesc {
     Device *device; // of PATCH_METHOD_DEVICE; has to outlive the solve
     bool
         anyway; // what the device does not know (contacts with other solids than quadrics, many pins) is solved directly
-    bool cached; // checkpoints are kept on disk (runtime/patch_cache.h): not of PATCH_METHOD_ITERATIVE
-    int sweeps;  // limit of PATCH_METHOD_ITERATIVE in a step; 0: its default
+    bool cached;             // checkpoints are kept on disk (runtime/patch_cache.h): not of PATCH_METHOD_ITERATIVE
+    const char *checkpoints; // … in this folder, cached or not; NULL: in that of the cache
+    int sweeps;              // limit of PATCH_METHOD_ITERATIVE in a step; 0: its default
 } PatchSolveDesc;
 
 typedef struct PatchSolve PatchSolve;
@@ -69,8 +70,10 @@ bool patch_solves_to(PatchSolve *const *solves, uint32_t count, double time, con
 // What the patch is now: good until the next call.
 PatchShape patch_solve_shape(const PatchSolve *solve);
 
-// How many checkpoints were damaged, and so not used, since it was made.
+// How many checkpoints were damaged, and so not used, since it was made; and of the last the file and the reason, "" if
+// there is none.
 int patch_solve_damaged(const PatchSolve *solve);
+const char *patch_solve_damage(const PatchSolve *solve);
 
 // The value and the place of the shape at (u, v), by its bicubic cells (runtime/patch_cells.h): exact at nodes.
 bool patch_solve_point(PatchSolve *solve, double u, double v, double place[3]);

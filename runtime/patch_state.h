@@ -27,6 +27,9 @@
 
 typedef enum PatchStateKind { PATCH_STATE_HOST = 1, PATCH_STATE_DEVICE = 2 } PatchStateKind;
 
+// Room for what names a solver whose bits are the same: its code and what runs it. Checkpoints of equal keys are each other's.
+#define PATCH_SOLVER_KEY 48
+
 typedef struct PatchWriter {
     uint8_t *bytes; // NULL: counts only
     size_t capacity, length;

@@ -183,11 +183,11 @@ Program *program_build(Device *device, const ProgramDesc *desc, Failure *failure
     }
     double start = milliseconds();
     program->device = device;
-    program->no_cache = desc->no_cache;
+    program->no_cache = desc->no_cache || device->no_cache;
     make_key(device, desc, program->key);
     if (desc->binary) program->cl = program_of_binary(device, desc->binary, desc->binary_size, desc->options);
     program->from_binary = program->cl != NULL;
-    if (!program->cl && !desc->no_cache) {
+    if (!program->cl && !program->no_cache) {
         program->cl = program_of_cache(device, program->key, desc->options);
         program->from_cache = program->cl != NULL;
     }

@@ -40,7 +40,8 @@ struct ScnScene {
     char *device_choice;
     int threads, lanes;
     bool no_cache, quick;
-    char *solver; // of patches; NULL: not said
+    char *solver;      // of patches; NULL: not said
+    char *checkpoints; // their folder; NULL: the cache
 
     double *inputs;                  // handles: plan->input_count
     double *values;                  // slots of the frame: plan->slot_count

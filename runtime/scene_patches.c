@@ -1,10 +1,12 @@
 #include "runtime/scene_patches.h"
 
+#include <errno.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "runtime/file.h"
 #include "runtime/patch_scene.h"
 
 typedef struct ScenePatches {
@@ -45,7 +47,10 @@ static bool make(ScnScene *scene, Failure *failure)
                            .method = PATCH_METHOD_DEVICE,
                            .device = scene->device,
                            .anyway = !scene->solver,
-                           .cached = !scene->no_cache};
+                           .cached = !scene->no_cache,
+                           .checkpoints = scene->checkpoints};
+    if (scene->checkpoints && !make_folders(scene->checkpoints))
+        return fail(failure, "cannot make the folder for checkpoints %s: %s", scene->checkpoints, strerror(errno));
     if (scene->solver && !patch_method_named(scene->solver, &desc.method))
         return fail(failure, "patches are solved by device, direct or gauss-seidel, not by \"%s\"", scene->solver);
     if (ok) patches->count = plan->patch_count;
@@ -140,6 +145,7 @@ bool scene_patches_to(ScnScene *scene, double time, double *values, FrameError *
     }
     for (uint32_t k = 0; k < patches->count; k++) {
         if (!same) {
+            if (patch_solve_damaged(patches->solves[k])) scene->stats.damage = patch_solve_damage(patches->solves[k]);
             damaged += patch_solve_damaged(patches->solves[k]);
             PatchShape shape = patch_solve_shape(patches->solves[k]);
             patch_cells_fill(patches->cells[k], shape.x, shape.edges, shape.tangents);

@@ -81,6 +81,8 @@ ScnScene *scene_new(const ScnSceneDesc *desc, const CompileOptions *dumps)
         scene->lanes = desc->lanes;
         scene->no_cache = desc->no_cache;
         scene->quick = desc->quick;
+        if (desc->checkpoints)
+            scene->checkpoints = arena_text(&scene->unit.arena, desc->checkpoints, strlen(desc->checkpoints));
         if (desc->solver) scene->solver = arena_text(&scene->unit.arena, desc->solver, strlen(desc->solver));
         scene->values = arena_array(&scene->unit.arena, double, plan->slot_count);
     }

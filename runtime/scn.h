@@ -70,10 +70,11 @@ typedef struct ScnSceneDesc {
     int threads;        // of a CPU; 0: all
     int lanes;          // rays that a work-item follows: 1 or 16; 0: as the device likes it
     bool check_only;    // only for its diagnostics: also looks at what nothing uses, and makes no kernels
-    bool no_cache;      // neither reads nor writes the cache of compiled kernels
+    bool no_cache;      // neither reads nor writes the cache of compiled kernels and of patches
     const char
         *solver; // of patches: "device", "direct", "gauss-seidel"; NULL: the device, and direct what it does not know
-    bool quick;  // kernels that are built sooner and run slower, for a few pictures; those that are ready are taken
+    const char *checkpoints; // a folder for those of patches, read and filled, with no_cache too; NULL: the cache
+    bool quick; // kernels that are built sooner and run slower, for a few pictures; those that are ready are taken
 } ScnSceneDesc;
 
 // Reads and compiles. No device is opened yet, so this works without any. NULL only where there is no memory for the
@@ -240,6 +241,7 @@ typedef struct ScnStats {
     uint64_t device_bytes;         // memory on the device
     const char *device;            // its name; NULL before it is opened
     int damaged_checkpoints;       // of patches, which were not used
+    const char *damage;            // the file that was the last of them and what is wrong with it; NULL: none was
 } ScnStats;
 
 SCN_API void scn_stats(const ScnScene *scene, ScnStats *stats);

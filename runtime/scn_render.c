@@ -26,7 +26,8 @@ static ScnStatus open_device(ScnScene *scene)
 {
     if (scene->device) return SCN_OK;
     double start = scene_milliseconds();
-    DeviceDesc desc = {.choice = scene->device_choice, .threads = scene->threads, .width = scene->lanes};
+    DeviceDesc desc = {
+        .choice = scene->device_choice, .threads = scene->threads, .width = scene->lanes, .no_cache = scene->no_cache};
     scene->device = device_open(&desc, &scene->failure);
     if (!scene->device) return SCN_WORLD_FAILED;
     scene->stats.device_ms = scene_milliseconds() - start;
