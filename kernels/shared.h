@@ -186,6 +186,8 @@ typedef struct FrameConstants {
 // Counters that the kernel gives back.
 #define COUNTER_LIST 0  // longest list that a tile wanted
 #define COUNTER_UNCERTAIN 1 // pixels whose first surface is not certified
+#define COUNTER_SHADOWS 2   // rays from what is seen to lights, modulo 2^32 …
+#define COUNTER_SHADOWS_HIGH 3 // … and how often 2^32
 #define COUNTER_COUNT 4
 
 // Memory of a tile for general fields, in unsigneds: a table of fields (cells.cl), scratch, and shortened tapes. `lanes`: rays of all work-items together.

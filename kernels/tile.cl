@@ -285,16 +285,41 @@ INLINE Rect rect_around(FLOAT low_u, FLOAT high_u, FLOAT low_v, FLOAT high_v, FL
     return (Rect){lowest.x, -lowest.y, lowest.z, -lowest.w, highest(high_w)};
 }
 
+// How many rays of a packet belong to pixels of the picture; `edge`: of the tile they are not all.
+INLINE uint rays_of_picture(const Buffers *b, const Tile *tile, uint packet, INT rays, int edge)
+{
+    if (edge) {
+        FLOAT x = (float)(tile->left + (int)(packet % BLOCKS_ACROSS) * BLOCK_ACROSS) + LANE_X;
+        FLOAT y = (float)(tile->top + (int)(packet / BLOCKS_ACROSS) * BLOCK_DOWN) + LANE_Y;
+        rays = rays & (x < (float)b->frame->width) & (y < (float)b->frame->height);
+    }
+#if LANES == 1
+    return rays ? 1u : 0u;
+#else
+    return popcount(packet_bits(rays));
+#endif
+}
+
+static void count_rays(__global uint *counters, uint rays)
+{
+    if (!rays) return;
+    uint before = atomic_add(counters + COUNTER_SHADOWS, rays);
+    if (before + rays < before) atomic_inc(counters + COUNTER_SHADOWS_HIGH);
+}
+
 // Answers 0 where the list of what can shadow has no room.
 PASS int shadow_view(const Buffers *b, const Tile *tile, __global const LightConstants *light, __global const ViewConstants *view, uint bit)
 {
     // What the tile's hits span in the light's view.
     FLOAT low_u = INFINITY, high_u = -INFINITY, low_v = INFINITY, high_v = -INFINITY, high_w = -INFINITY;
     FLOAT infinite = INFINITY;
+    uint rays = 0;
+    int edge = tile->left + TILE_SIZE > b->frame->width || tile->top + TILE_SIZE > b->frame->height;
     FOR_EACH_BLOCK(k) {
         if (!ANY(tile->leaf[k] != NO_LEAF)) continue;
         FLOAT u, v, w;
         INT mine = light_rays(b, tile, k, light, view, &u, &v, &w);
+        rays += rays_of_picture(b, tile, k, mine, edge);
 #if WIDTH == 16 // kept: making them again would take 4 % of a frame of S1
         tile->light_u[k] = u;
         tile->light_v[k] = v;
@@ -306,6 +331,7 @@ PASS int shadow_view(const Buffers *b, const Tile *tile, __global const LightCon
         high_v = (mine & (v > high_v)) ? v : high_v;
         high_w = (mine & (w > high_w)) ? w : high_w;
     }
+    count_rays(b->counters, rays);
     Rect rect = rect_around(low_u, high_u, low_v, high_v, high_w);
 #if WIDTH == 1
     rect = rect_of_group(rect, tile->shared);

@@ -152,6 +152,13 @@ static ScnStatus write_files(Job *job, int frame, char *last_path)
     return status;
 }
 
+// Between two frames, or in the middle of one.
+static void on_progress(void *data, double share)
+{
+    Job *job = data;
+    progress_step(&job->progress, job->times.count + share);
+}
+
 static ScnStatus render_frame(Job *job, double time, double frame)
 {
     // A PNG needs colour even where only other layers go into the OpenEXR file.
@@ -165,6 +172,8 @@ static ScnStatus render_frame(Job *job, double time, double frame)
                                                   .frame = frame,
                                                   .samples = job->options->samples,
                                                   .layers = layers,
+                                                  .progress = job->progress.shown ? on_progress : NULL,
+                                                  .progress_data = job,
                                               });
     if (status != SCN_OK) return status;
     ScnStats stats;

@@ -2,6 +2,7 @@
 #include "runtime/device.h"
 
 #include <ctype.h>
+#include <pthread.h>
 #include <sched.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -178,12 +179,18 @@ static int find_devices(Found found[static DEVICE_LIMIT], Failure *failure)
     return count;
 }
 
+// Drivers and their loader start at the first call of a process and do not expect two at once: a second thread sees no
+// devices, or halves of them. So threads take turns with what may be the first call.
+static pthread_mutex_t first_call = PTHREAD_MUTEX_INITIALIZER;
+
 int device_list(DeviceInfo *infos, int capacity, Failure *failure)
 {
+    pthread_mutex_lock(&first_call);
     set_environment(0);
     Found found[DEVICE_LIMIT];
     int count = find_devices(found, failure);
     for (int i = 0; i < count && i < capacity; i++) infos[i] = info_of(found[i].platform, found[i].id);
+    pthread_mutex_unlock(&first_call);
     return count;
 }
 
@@ -257,7 +264,7 @@ static int choose(const Found *found, int count, const char *choice, Failure *fa
     return -1;
 }
 
-Device *device_open(const DeviceDesc *desc, Failure *failure)
+static Device *open_device(const DeviceDesc *desc, Failure *failure)
 {
     set_environment(desc->threads);
     Found found[DEVICE_LIMIT];
@@ -291,6 +298,14 @@ Device *device_open(const DeviceDesc *desc, Failure *failure)
         device_close(device);
         return NULL;
     }
+    return device;
+}
+
+Device *device_open(const DeviceDesc *desc, Failure *failure)
+{
+    pthread_mutex_lock(&first_call);
+    Device *device = open_device(desc, failure);
+    pthread_mutex_unlock(&first_call);
     return device;
 }
 

@@ -5,7 +5,8 @@
 //     if (!device) …failure.text…
 //     device_close(device);
 //
-// A Device owns a context and one in-order command queue. Only the thread that holds the device uses its queue.
+// A Device owns a context and one in-order command queue. Only the thread that holds the device uses its queue. Threads
+// that open devices at once take turns.
 //
 // PoCL takes its settings from the environment at its first call, so device_list() and device_open() set POCL_…
 // variables (only those that the user did not set) before they call OpenCL for the first time in the process; a

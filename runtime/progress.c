@@ -33,22 +33,28 @@ static int put_time(char *text, int size, double seconds)
     return snprintf(text, (size_t)size, "%ld:%02ld", whole / 60, whole % 60);
 }
 
-void progress_text(char *text, int size, int done, int total, double seconds, int columns)
+// " 45%" of one picture, " 120/240  8.3 frames/s" of many. Returns the length.
+static int put_done(char *text, int size, double done, int total, double rate)
+{
+    if (total == 1) return snprintf(text, (size_t)size, " %d%%", (int)(100 * done));
+    int length = snprintf(text, (size_t)size, " %d/%d", (int)done, total);
+    if (done < 1) return length;
+    if (rate >= 1) return length + snprintf(text + length, (size_t)(size - length), "  %.1f frames/s", rate);
+    return length + snprintf(text + length, (size_t)(size - length), "  %.1f s a frame", 1 / rate);
+}
+
+void progress_text(char *text, int size, double done, int total, double seconds, int columns)
 {
     char numbers[96], remaining[32] = "";
     double rate = seconds > 0 ? done / seconds : 0;
-    int length = snprintf(numbers, sizeof numbers, " %d/%d", done, total);
-    if (done && rate >= 1)
-        length += snprintf(numbers + length, sizeof numbers - (size_t)length, "  %.1f frames/s", rate);
-    else if (done)
-        length += snprintf(numbers + length, sizeof numbers - (size_t)length, "  %.1f s a frame", 1 / rate);
-    if (done && done < total) {
+    int length = put_done(numbers, sizeof numbers, done, total, rate);
+    if (rate > 0 && done < total) {
         put_time(remaining, sizeof remaining, (total - done) / rate);
         snprintf(numbers + length, sizeof numbers - (size_t)length, "  %s left", remaining);
     }
     int bar = columns - 3 - (int)strlen(numbers);
     if (bar > 40) bar = 40;
-    int at = 0, filled = total > 0 && bar > 0 ? (int)((double)bar * done / total) : 0;
+    int at = 0, filled = total > 0 && bar > 0 ? (int)(bar * done / total) : 0;
     if (bar >= 5) {
         at += snprintf(text + at, (size_t)(size - at), "▕");
         for (int i = 0; i < bar && at < size - 16; i++)
@@ -71,7 +77,7 @@ void progress_say(Progress *progress, const char *text)
     progress->drawn = true;
 }
 
-void progress_step(Progress *progress, int done)
+void progress_step(Progress *progress, double done)
 {
     double now = progress_seconds();
     if (!progress->shown || (done < progress->total && now - progress->last < 0.1)) return;

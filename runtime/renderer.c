@@ -399,7 +399,7 @@ static bool upload(Renderer *r, const RenderJob *job, uint32_t tiles_across, Ren
                                 .dv = (float)screen.dv,
                                 .item_count = r->layout.item_count,
                                 .item_stride = r->layout.item_stride,
-                                .light_count = plan->light_count,
+                                .light_count = film->layers & FILM_COLOR ? plan->light_count : 0,
                                 .leaf_count = r->layout.leaf_count,
                                 .bias = (float)SHADOW_BIAS,
                                 .orthographic = plan->orthographic,
@@ -478,15 +478,16 @@ static bool make_room(Renderer *r, uint32_t tiles, Failure *failure)
            buffer_write(r, BUFFER_COUNTERS, zeros, sizeof zeros, failure) && set_arguments(r, failure);
 }
 
-// `longest`: list that did not fit; 0 if all did. `uncertain`: pixels that are not certain.
-static bool read_counters(Renderer *r, uint32_t *longest, uint32_t *uncertain, Failure *failure)
+// `longest`: list that did not fit; 0 if all did.
+static bool read_counters(Renderer *r, uint32_t *longest, RenderStats *stats, Failure *failure)
 {
     unsigned counters[COUNTER_COUNT];
     cl_int status = clEnqueueReadBuffer(r->device->queue, r->buffers[BUFFER_COUNTERS].mem, CL_TRUE, 0, sizeof counters,
                                         counters, 0, NULL, NULL);
     if (status != CL_SUCCESS) return fail(failure, "cannot read from the device: %s", device_error(status));
     *longest = counters[COUNTER_LIST];
-    *uncertain = counters[COUNTER_UNCERTAIN];
+    stats->uncertain = counters[COUNTER_UNCERTAIN];
+    stats->shadow_rays = (uint64_t)counters[COUNTER_SHADOWS_HIGH] << 32 | counters[COUNTER_SHADOWS];
     return true;
 }
 
@@ -558,6 +559,7 @@ static RenderResult run_bands(Renderer *r, const RenderJob *job, uint32_t tiles,
             result = RENDER_FAILED;
             break;
         }
+        if (job->progress) job->progress(job->progress_data, (double)first / tiles);
     }
     if (!finish_band(r, &running, &mark, failure)) result = RENDER_FAILED;
     return result;
@@ -596,7 +598,7 @@ RenderResult renderer_frame(Renderer *r, const RenderJob *job, RenderStats *stat
         if (!make_room(r, tiles, failure)) return RENDER_FAILED;
         if (!run_regions(r, failure)) return RENDER_FAILED;
         result = run_bands(r, job, tiles, stats, failure);
-        if (result != RENDER_FAILED && !read_counters(r, &longest, &stats->uncertain, failure)) return RENDER_FAILED;
+        if (result != RENDER_FAILED && !read_counters(r, &longest, stats, failure)) return RENDER_FAILED;
     } while (result == RENDER_DONE && longest);
     if (result == RENDER_FAILED || !read_film(r, film, failure)) return RENDER_FAILED;
     stats->run_ms = now_ms() - began;

@@ -33,6 +33,8 @@ typedef struct RenderJob {
     const struct PatchCells *const *cells; // of the plan's patches at that time; NULL where it has none
     Film *film;                            // its size, layers and place in the pixel say what is rendered
     const atomic_bool *cancel; // may be set by any thread: the frame ends within a tenth of a second; NULL: never
+    void (*progress)(void *data, double share); // called between bands with what is done of the frame, 0 … 1; NULL: not
+    void *progress_data;
     RenderStages stages;
 } RenderJob;
 
@@ -45,6 +47,7 @@ typedef struct RenderStats {
     uint32_t list_room;    // items in the list of a tile; a tile that wants more is run again with more room
     uint64_t device_bytes; // of all buffers
     uint32_t uncertain;    // pixels whose first surface floats could not tell
+    uint64_t shadow_rays;  // rays from what is seen to lights that it faces
 } RenderStats;
 
 // NULL with `failure` set. Borrows the device, the program and the plan.

@@ -45,18 +45,51 @@ void samples_place(const Samples *samples, int index, Film *film)
     film->place_y = (index / samples->n + 0.5) / samples->n;
 }
 
-static void add_floats(float *sum, const float *values, size_t count)
+// Pixels `begin` to before `end` of a picture: what is done between two looks at whether it is cancelled.
+typedef struct Part {
+    size_t begin, end;
+} Part;
+
+#define PART_PIXELS (1u << 18)
+
+static bool next_part(Part *part, const Film *film, const atomic_bool *cancel)
 {
-    for (size_t i = 0; i < count; i++) sum[i] += values[i];
+    size_t pixels = (size_t)film->width * (size_t)film->height;
+    part->begin = part->end;
+    part->end = part->begin + PART_PIXELS < pixels ? part->begin + PART_PIXELS : pixels;
+    return part->begin < pixels && !(cancel && atomic_load_explicit(cancel, memory_order_relaxed));
 }
 
-static void add_places(Film *sum, const Film *film, size_t pixels)
+static bool parts_are_done(const Part *part, const Film *film)
 {
-    for (size_t i = 0; i < pixels; i++) {
-        if (!(film->depth[i] < sum->depth[i])) continue;
+    return part->begin == (size_t)film->width * (size_t)film->height;
+}
+
+// A layer of so many numbers a pixel.
+static void add_layer(float *sum, const float *values, const Part *part, size_t channels, bool first)
+{
+    size_t begin = part->begin * channels, end = part->end * channels;
+    if (!values) return;
+    if (first) {
+        memcpy(sum + begin, values + begin, (end - begin) * sizeof *sum);
+    } else {
+        for (size_t i = begin; i < end; i++) sum[i] += values[i];
+    }
+}
+
+static void add_places(Film *sum, const Film *film, const Part *part, bool first)
+{
+    for (size_t i = part->begin; film->depth && i < part->end; i++) {
+        if (!first && !(film->depth[i] < sum->depth[i])) continue;
         sum->depth[i] = film->depth[i];
         if (film->position) memcpy(sum->position + 3 * i, film->position + 3 * i, 3 * sizeof(float));
     }
+}
+
+static void add_doubts(Film *sum, const Film *film, const Part *part, bool first)
+{
+    for (size_t i = part->begin; film->certificate && i < part->end; i++)
+        sum->certificate[i] = first ? film->certificate[i] : fmaxf(sum->certificate[i], film->certificate[i]);
 }
 
 static void add_cover(FilmCover *cover, uint32_t id)
@@ -70,26 +103,21 @@ static void add_cover(FilmCover *cover, uint32_t id)
     }
 }
 
-void samples_add(Samples *samples, const Film *film)
+bool samples_add(Samples *samples, const Film *film, const atomic_bool *cancel)
 {
     Film *sum = samples->sum;
-    size_t pixels = (size_t)film->width * (size_t)film->height;
-    if (!samples->count++) {
-        if (film->color) memcpy(sum->color, film->color, pixels * 4 * sizeof(float));
-        if (film->normal) memcpy(sum->normal, film->normal, pixels * 3 * sizeof(float));
-        if (film->depth) memcpy(sum->depth, film->depth, pixels * sizeof(float));
-        if (film->position) memcpy(sum->position, film->position, pixels * 3 * sizeof(float));
-        if (film->certificate) memcpy(sum->certificate, film->certificate, pixels * sizeof(float));
-        if (film->id) memset(samples->cover, 0, pixels * sizeof *samples->cover);
-    } else {
-        if (film->color) add_floats(sum->color, film->color, pixels * 4);
-        if (film->normal) add_floats(sum->normal, film->normal, pixels * 3);
-        if (film->depth) add_places(sum, film, pixels);
-        for (size_t i = 0; film->certificate && i < pixels; i++)
-            sum->certificate[i] = fmaxf(sum->certificate[i], film->certificate[i]);
+    bool first = !samples->count++;
+    Part part = {0};
+    while (next_part(&part, film, cancel)) {
+        add_layer(sum->color, film->color, &part, 4, first);
+        add_layer(sum->normal, film->normal, &part, 3, first);
+        add_places(sum, film, &part, first);
+        add_doubts(sum, film, &part, first);
+        if (!film->id) continue;
+        if (first) memset(samples->cover + part.begin, 0, (part.end - part.begin) * sizeof *samples->cover);
+        for (size_t i = part.begin; i < part.end; i++) add_cover(&samples->cover[i], film->id[i]);
     }
-    if (film->id)
-        for (size_t i = 0; i < pixels; i++) add_cover(&samples->cover[i], film->id[i]);
+    return parts_are_done(&part, film);
 }
 
 // Turns counts into weights and sorts them by weight; equal ones stay in their order.
@@ -115,23 +143,26 @@ static void resolve_normal(float normal[3])
     for (int c = 0; c < 3; c++) normal[c] /= length;
 }
 
-void samples_resolve(Samples *samples, Film *film)
+bool samples_resolve(Samples *samples, Film *film, const atomic_bool *cancel)
 {
     const Film *sum = samples->sum;
-    size_t pixels = (size_t)film->width * (size_t)film->height;
     float share = 1 / (float)samples->count;
-    if (film->color)
-        for (size_t i = 0; i < pixels * 4; i++) film->color[i] = sum->color[i] * share;
-    if (film->depth) memcpy(film->depth, sum->depth, pixels * sizeof(float));
-    if (film->position) memcpy(film->position, sum->position, pixels * 3 * sizeof(float));
-    if (film->certificate) memcpy(film->certificate, sum->certificate, pixels * sizeof(float));
-    for (size_t i = 0; film->normal && i < pixels; i++) {
-        memcpy(film->normal + 3 * i, sum->normal + 3 * i, 3 * sizeof(float));
-        resolve_normal(film->normal + 3 * i);
-    }
-    for (size_t i = 0; film->id && i < pixels; i++) {
-        resolve_cover(&samples->cover[i], share);
-        film->id[i] = samples->cover[i].id[0];
+    Part part = {0};
+    while (next_part(&part, film, cancel)) {
+        size_t begin = part.begin, count = part.end - part.begin;
+        for (size_t i = 4 * begin; film->color && i < 4 * part.end; i++) film->color[i] = sum->color[i] * share;
+        if (film->depth) memcpy(film->depth + begin, sum->depth + begin, count * sizeof(float));
+        if (film->position) memcpy(film->position + 3 * begin, sum->position + 3 * begin, 3 * count * sizeof(float));
+        if (film->certificate) memcpy(film->certificate + begin, sum->certificate + begin, count * sizeof(float));
+        for (size_t i = begin; film->normal && i < part.end; i++) {
+            memcpy(film->normal + 3 * i, sum->normal + 3 * i, 3 * sizeof(float));
+            resolve_normal(film->normal + 3 * i);
+        }
+        for (size_t i = begin; film->id && i < part.end; i++) {
+            resolve_cover(&samples->cover[i], share);
+            film->id[i] = samples->cover[i].id[0];
+        }
     }
     film->cover = samples->cover;
+    return parts_are_done(&part, film);
 }

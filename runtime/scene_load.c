@@ -6,6 +6,7 @@
 
 #include "compiler/compile.h"
 #include "runtime/patch_check.h"
+#include "runtime/patch_scene.h"
 #include "runtime/scene.h"
 
 const char *scene_place(const ScnScene *scene, Span span, char *text, size_t size)
@@ -165,11 +166,26 @@ static bool open_package(ScnScene *scene, const ScnSceneDesc *desc)
     return bytes_open(&scene->file, desc->path, NULL);
 }
 
+// What would be found out only in a frame, or never.
+static ScnStatus check_description(ScnScene *scene, const ScnSceneDesc *desc)
+{
+    PatchMethod method;
+    if (!desc->path && !desc->bytes) return scene_fail(scene, SCN_CALL_WRONG, "there is no scene to load");
+    if (desc->lanes != 0 && desc->lanes != 1 && desc->lanes != 16)
+        return scene_fail(scene, SCN_CALL_WRONG, "lanes are 1 or 16, or 0 for the device's own, not %d", desc->lanes);
+    if (desc->threads < 0)
+        return scene_fail(scene, SCN_CALL_WRONG, "threads are 1 or more, or 0 for all, not %d", desc->threads);
+    if (desc->solver && !patch_method_named(desc->solver, &method))
+        return scene_fail(scene, SCN_CALL_WRONG, "patches are solved by device, direct or gauss-seidel, not by \"%s\"",
+                          desc->solver);
+    return SCN_OK;
+}
+
 void scene_load(ScnScene *scene, const ScnSceneDesc *desc)
 {
-    if (!desc->path && !desc->bytes)
-        scene->status = scene_fail(scene, SCN_CALL_WRONG, "there is no scene to load");
-    else if (open_package(scene, desc))
+    scene->status = check_description(scene, desc);
+    if (scene->status != SCN_OK) return;
+    if (open_package(scene, desc))
         scene->status = load_package(scene, desc);
     else
         scene->status = load_source(scene, desc);

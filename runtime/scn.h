@@ -215,13 +215,18 @@ typedef struct ScnFrameDesc {
     uint32_t *id;       // 1: object k is k + 1; 0 where nothing is
     float *certificate; // 1: 0 where what is seen is certain; 1 where a general field was finer than floats can tell
     unsigned layers;    // ScnLayer bits: what to compute without a buffer, for scn_write_image()
+    // Called now and then by the thread that renders, with what is done of the frame, 0 … 1; NULL: not. It may call
+    // scn_cancel() and nothing else of the scene.
+    void (*progress)(void *progress_data, double share);
+    void *progress_data;
 } ScnFrameDesc;
 
 // Renders one frame. The first one opens the device and builds the kernels; later ones, with whatever time and
 // params, build nothing.
 SCN_API ScnStatus scn_render(ScnScene *scene, const ScnFrameDesc *desc);
 
-// Makes the scn_render() or scn_prepare() that runs, or else the next one, return SCN_CANCELLED within a tile's time.
+// Makes the scn_render() or scn_prepare() that runs, or else the next one, return SCN_CANCELLED within a tenth of a second
+// (what builds kernels ends when they are built).
 SCN_API void scn_cancel(ScnScene *scene);
 
 // Opens the device and builds the kernels, which else the first scn_render() does.
@@ -235,7 +240,9 @@ typedef struct ScnStats {
                                    // a driver may have them in a cache of its own, as PoCL: build_ms is small then
     bool from_cache, from_binary;  // where the kernels came from, if not from source
     bool quick;                    // they are the slower ones
-    uint64_t frames, rays;         // rendered since loading; rays of all kinds
+    uint64_t frames;               // rendered since loading
+    uint64_t rays;                 // followed: one for each pixel and sample, and from what it meets one for each light
+                                   // with a shadow that the surface faces; none of frames without colour
     uint64_t uncertain;            // rays from the eye whose first surface is not certain; with one ray a pixel: pixels
     double frame_ms, frame_cpu_ms; // the last frame: wall time and CPU time of the process
     uint64_t device_bytes;         // memory on the device

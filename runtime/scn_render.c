@@ -255,45 +255,52 @@ static ScnStatus make_film(ScnScene *scene, const ScnFrameDesc *desc, unsigned l
     return scene_fail(scene, SCN_WORLD_FAILED, "there is no memory for a picture of %dx%d", desc->width, desc->height);
 }
 
-// Rays of the frame in the film: one for each pixel, and one for each light with a shadow where something is hit.
-static uint64_t count_rays(const ScnScene *scene)
+// Which of the samples of a frame is rendered, for whoever is told how far it is.
+typedef struct Step {
+    const ScnFrameDesc *desc;
+    int done, count;
+} Step;
+
+static void tell_progress(void *data, double share)
 {
-    const Plan *plan = scene->package->plan;
-    const Film *film = scene->film;
-    uint64_t pixels = (uint64_t)film->width * (uint64_t)film->height, hits = 0, shadows = 0;
-    if (!film->color) return pixels;
-    for (uint64_t i = 0; i < pixels; i++) hits += film->color[4 * i + 3] > 0;
-    for (uint32_t i = 0; i < plan->light_count; i++) shadows += scene->values[plan->lights[i].values + 13] != 0;
-    return pixels + hits * shadows;
+    const Step *step = data;
+    step->desc->progress(step->desc->progress_data, (step->done + share) / step->count);
 }
 
-static ScnStatus render_once(ScnScene *scene)
+static ScnStatus render_once(ScnScene *scene, Step *step)
 {
     RenderStats stats = {0};
-    RenderJob job = {
-        .values = scene->values, .cells = scene_patches_cells(scene), .film = scene->film, .cancel = &scene->cancel};
+    RenderJob job = {.values = scene->values,
+                     .cells = scene_patches_cells(scene),
+                     .film = scene->film,
+                     .cancel = &scene->cancel,
+                     .progress = step->desc->progress ? tell_progress : NULL,
+                     .progress_data = step};
     RenderResult result = renderer_frame(scene->renderer, &job, &stats, &scene->failure);
+    if (result == RENDER_CANCELLED) return SCN_CANCELLED;
+    if (result != RENDER_DONE) return SCN_WORLD_FAILED;
     scene->stats.device_bytes = stats.device_bytes;
     scene->stats.uncertain += stats.uncertain;
-    if (result == RENDER_DONE) return SCN_OK;
-    return result == RENDER_CANCELLED ? SCN_CANCELLED : SCN_WORLD_FAILED;
+    scene->stats.rays += (uint64_t)scene->film->width * (uint64_t)scene->film->height + stats.shadow_rays;
+    step->done++;
+    return SCN_OK;
 }
 
-static ScnStatus render_samples(ScnScene *scene)
+static ScnStatus render_samples(ScnScene *scene, const ScnFrameDesc *desc)
 {
     Film *film = scene->film;
+    Step step = {.desc = desc, .count = scene->samples_n * scene->samples_n};
     film->cover = NULL;
     film->place_x = film->place_y = 0.5;
-    if (scene->samples_n == 1) return render_once(scene);
+    if (step.count == 1) return render_once(scene, &step);
     samples_clear(scene->samples);
-    for (int i = 0; i < scene->samples_n * scene->samples_n; i++) {
-        samples_place(scene->samples, i, film);
-        ScnStatus status = render_once(scene);
+    while (step.done < step.count) {
+        samples_place(scene->samples, step.done, film);
+        ScnStatus status = render_once(scene, &step);
         if (status != SCN_OK) return status;
-        samples_add(scene->samples, film);
+        if (!samples_add(scene->samples, film, &scene->cancel)) return SCN_CANCELLED;
     }
-    samples_resolve(scene->samples, film);
-    return SCN_OK;
+    return samples_resolve(scene->samples, film, &scene->cancel) ? SCN_OK : SCN_CANCELLED;
 }
 
 static void copy_layer(void *to, const void *from, const Film *film, size_t bytes)
@@ -326,7 +333,7 @@ static ScnStatus render_frame(ScnScene *scene, const ScnFrameDesc *desc, unsigne
 {
     ScnStatus status = make_film(scene, desc, layers);
     if (status == SCN_OK) status = frame_values(scene, desc);
-    if (status == SCN_OK) status = render_samples(scene);
+    if (status == SCN_OK) status = render_samples(scene, desc);
     return status;
 }
 
@@ -351,7 +358,6 @@ ScnStatus scn_render(ScnScene *scene, const ScnFrameDesc *desc)
     scene->stats.frame_ms = scene_milliseconds() - start;
     scene->stats.frame_cpu_ms = scene_cpu_milliseconds() - cpu;
     scene->stats.frames++;
-    scene->stats.rays += count_rays(scene) * (uint64_t)(scene->samples_n * scene->samples_n);
     return SCN_OK;
 }
 
@@ -395,6 +401,8 @@ ScnStatus scn_write_image(ScnScene *scene, const char *path, const ScnImageDesc 
     bool exr = ends_with(path, ".exr");
     if (!exr && !ends_with(path, ".png"))
         return scene_fail(scene, SCN_CALL_WRONG, "a picture's name ends in .exr or .png, unlike %s", path);
+    if (desc->bits != 0 && desc->bits != 8 && desc->bits != 16)
+        return scene_fail(scene, SCN_CALL_WRONG, "a PNG has 8 or 16 bits, not %d", desc->bits);
     unsigned layers = exr && desc->layers ? desc->layers : FILM_COLOR;
     if (layers & ~scene->film->layers)
         return scene_fail(scene, SCN_CALL_WRONG, "the frame has not all layers that %s is to have", path);

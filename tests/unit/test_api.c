@@ -107,6 +107,78 @@ static void handles_move_without_a_build(void **state)
     scn_free(scene);
 }
 
+// Rays of one frame.
+static uint64_t rays_of(ScnScene *scene, const ScnFrameDesc *frame)
+{
+    ScnStats before, after;
+    scn_stats(scene, &before);
+    assert_ok(scene, scn_render(scene, frame));
+    scn_stats(scene, &after);
+    return after.rays - before.rays;
+}
+
+// Every place of the ball that the eye sees faces the light, which shines past it.
+static void rays_are_counted(void **state)
+{
+    enum { PIXELS = WIDTH * HEIGHT };
+    ScnScene *scene = load(ball),
+             *turned_away = load("camera { eye: (0, 0, 5); } light { direction: (0, 0, 1); } sphere(1);"),
+             *unlit = load("camera { eye: (0, 0, 5); } light { direction: (0, 0, -1); shadow: false; } sphere(1);");
+    ScnFrameDesc frame = {.width = WIDTH, .height = HEIGHT, .layers = SCN_LAYER_COLOR};
+    uint64_t hits = (uint64_t)covered(scene);
+    assert_int_equal(rays_of(scene, &frame), PIXELS + hits);
+    assert_int_equal(rays_of(turned_away, &frame), PIXELS);
+    assert_int_equal(rays_of(unlit, &frame), PIXELS);
+    // The places of 3 x 3 samples are those of a picture of three times the size.
+    uint64_t large =
+        rays_of(scene, &(ScnFrameDesc){.width = 3 * WIDTH, .height = 3 * HEIGHT, .layers = SCN_LAYER_COLOR});
+    frame.samples = 3;
+    uint64_t sampled = rays_of(scene, &frame);
+    assert_true(sampled > large - 4 && sampled < large + 4);
+    frame.samples = 1;
+    frame.layers = SCN_LAYER_DEPTH; // nothing is lit
+    assert_int_equal(rays_of(scene, &frame), PIXELS);
+    frame.layers = SCN_LAYER_COLOR;
+    frame.width = 5; // half a packet
+    frame.height = 3;
+    uint64_t few = rays_of(scene, &frame);
+    assert_true(few > 15 && few <= 30);
+    scn_free(scene);
+    scn_free(turned_away);
+    scn_free(unlit);
+}
+
+typedef struct Told {
+    ScnScene *scene;
+    int count;
+    double last;
+    bool falls, cancels;
+} Told;
+
+static void on_progress(void *data, double share)
+{
+    Told *told = data;
+    told->falls |= share < told->last || share > 1;
+    told->last = share;
+    told->count++;
+    if (told->cancels && share > 0.5) scn_cancel(told->scene);
+}
+
+static void progress_is_told_and_may_cancel(void **state)
+{
+    ScnScene *scene = load(ball);
+    Told told = {.scene = scene};
+    ScnFrameDesc frame = {.width = 512, .height = 512, .samples = 3, .layers = SCN_LAYER_COLOR};
+    frame.progress = on_progress;
+    frame.progress_data = &told;
+    assert_ok(scene, scn_render(scene, &frame));
+    assert_true(told.count >= 9 && told.last > 0.8 && !told.falls);
+    told = (Told){.scene = scene, .cancels = true};
+    assert_int_equal(scn_render(scene, &frame), SCN_CANCELLED);
+    assert_true(told.last > 0.5 && told.last < 0.9);
+    scn_free(scene);
+}
+
 static void params_are_listed_and_checked(void **state)
 {
     ScnScene *scene = load(ball);
@@ -211,7 +283,26 @@ static void sizes_have_limits(void **state)
     assert_int_equal(scn_render(scene, &(ScnFrameDesc){.width = 8, .height = 8, .layers = 1, .samples = 100}),
                      SCN_CALL_WRONG);
     assert_int_equal(scn_write_image(scene, "/tmp/x.png", &(ScnImageDesc){0}), SCN_CALL_WRONG); // nothing was rendered
+    assert_ok(scene, scn_render(scene, &(ScnFrameDesc){.width = 8, .height = 8, .layers = 1}));
+    assert_int_equal(scn_write_image(scene, "/tmp/x.png", &(ScnImageDesc){.bits = 10}), SCN_CALL_WRONG);
     scn_free(scene);
+}
+
+static void descriptions_are_checked(void **state)
+{
+    const ScnSceneDesc wrong[] = {
+        {.bytes = ball, .size = sizeof ball - 1, .lanes = 4},
+        {.bytes = ball, .size = sizeof ball - 1, .threads = -1},
+        {.bytes = ball, .size = sizeof ball - 1, .solver = "guess"},
+        {0},
+    };
+    for (size_t k = 0; k < sizeof wrong / sizeof *wrong; k++) {
+        ScnScene *scene = scn_load(&wrong[k]);
+        assert_int_equal(scn_status(scene), SCN_CALL_WRONG);
+        assert_true(scn_error(scene)[0] != 0);
+        assert_int_equal(scn_render(scene, &(ScnFrameDesc){.width = 8, .height = 8, .layers = 1}), SCN_CALL_WRONG);
+        scn_free(scene);
+    }
 }
 
 static void scenes_without_a_camera_are_framed(void **state)
@@ -342,12 +433,15 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_frame_has_every_layer),
         cmocka_unit_test(handles_move_without_a_build),
+        cmocka_unit_test(rays_are_counted),
+        cmocka_unit_test(progress_is_told_and_may_cancel),
         cmocka_unit_test(params_are_listed_and_checked),
         cmocka_unit_test(structure_is_set_when_loading),
         cmocka_unit_test(a_wrong_scene_has_diagnostics_with_places),
         cmocka_unit_test(a_frame_that_fails_says_where),
         cmocka_unit_test(files_that_are_missing_are_told),
         cmocka_unit_test(sizes_have_limits),
+        cmocka_unit_test(descriptions_are_checked),
         cmocka_unit_test(scenes_without_a_camera_are_framed),
         cmocka_unit_test(samples_smooth_edges),
         cmocka_unit_test(a_rendering_is_cancelled_from_another_thread),

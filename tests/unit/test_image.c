@@ -355,9 +355,9 @@ static void samples_are_means_and_shares(void **state)
         for (int c = 0; c < 3; c++) film->position[c] = depths[i];
         film->depth[0] = depths[i];
         film->id[0] = ids[i];
-        samples_add(samples, film);
+        samples_add(samples, film, NULL);
     }
-    samples_resolve(samples, film);
+    samples_resolve(samples, film, NULL);
     assert_true(film->color[0] == 1 && film->depth[0] == 2 && film->position[1] == 2 && film->id[0] == 1);
     assert_true(fabsf(film->normal[1] - 2 / sqrtf(5)) < 1e-6f && fabsf(film->normal[2] - 1 / sqrtf(5)) < 1e-6f);
     assert_true(film->cover[0].id[0] == 1 && film->cover[0].weight[0] == 0.5f);

@@ -169,6 +169,10 @@ static void the_bar_fits_its_terminal(void **state)
     assert_non_null(strstr(text, "75.0 s a frame  2:30 left"));
     progress_text(text, sizeof text, 0, 3, 0, 12);
     assert_string_equal(text, "▕     ▏ 0/3");
+    progress_text(text, sizeof text, 0.5, 3, 2, 80); // half of the first frame
+    assert_non_null(strstr(text, " 0/3  0:10 left"));
+    progress_text(text, sizeof text, 0.25, 1, 5, 80);
+    assert_non_null(strstr(text, " 25%  0:15 left"));
     progress_text(text, sizeof text, 1, 90000, 1, 30); // no room for a bar
     assert_null(strstr(text, "▕"));
     assert_non_null(strstr(text, "24:59:59 left"));
