@@ -3,7 +3,9 @@
 //
 // A ray enters the union where it enters the first ball. That is a minimum over the cells' (s, t), found by halving them: a piece lies in a box along its
 // chords and normal, and what is within radius of that box bounds what its balls can be; a ball about a place of the piece is a ball that is met. A piece is left as soon as
-// its bound is no better than what is met, so no entry is missed by more than the tolerance. A flat piece of length L is off its box by L squared.
+// its bound is no better than what is met, so no entry is missed by more than the tolerance. A flat piece of length L is off its box by L squared; so boxes alone
+// would have to be halved until that is the tolerance. But where the square of the distance to a place of the ray is convex over a piece, which bounds of its
+// derivatives show, its least value there is known from one gradient, and the piece is done.
 //
 // It leaves the union by going from ball to ball: from a place inside to where it leaves the ball about the nearest place of the surface, until that is a radius away.
 
@@ -15,16 +17,18 @@ typedef struct ThickBox {
     float s0, s1, t0, t1;
 } ThickBox;
 
+typedef struct ThickCell {
+    float16 x, y, z; // Bezier points
+} ThickCell;
+
 // A piece of a cell in its box: axes along its u chord and its normal, coordinates about the middle of the chords.
 typedef struct ThickPiece {
     float3 about, e, f, n;
     float3 middle, extent; // of the box, in these axes
+    float3 u, v;           // chords
     float chord_u, along_v, across_v;
+    ThickCell own; // its Bezier points, about the middle of the chords
 } ThickPiece;
-
-typedef struct ThickCell {
-    float16 x, y, z; // Bezier points
-} ThickCell;
 
 INLINE float dot_of(float3 a, float3 b)
 {
@@ -80,7 +84,7 @@ INLINE float3 thick_direction(float3 v, float3 other)
     return square > 1e-24f ? v * rsqrt(square) : other;
 }
 
-static NOINLINE ThickPiece thick_piece(const ThickCell *cell, ThickBox box)
+static NOINLINE void thick_piece(const ThickCell *cell, ThickBox box, ThickPiece *piece)
 {
     float4 s0 = thick_blossom(box.s0, box.s0, box.s0), s1 = thick_blossom(box.s0, box.s0, box.s1), s2 = thick_blossom(box.s0, box.s1, box.s1), s3 = thick_blossom(box.s1, box.s1, box.s1);
     float4 t0 = thick_blossom(box.t0, box.t0, box.t0), t1 = thick_blossom(box.t0, box.t0, box.t1), t2 = thick_blossom(box.t0, box.t1, box.t1), t3 = thick_blossom(box.t1, box.t1, box.t1);
@@ -106,7 +110,10 @@ static NOINLINE ThickPiece thick_piece(const ThickCell *cell, ThickBox box)
     float3 low = (float3)(least16_of(a), least16_of(b), least16_of(c)), high = -(float3)(least16_of(-a), least16_of(-b), least16_of(-c));
     p.middle = 0.5f * (low + high);
     p.extent = 0.5f * (high - low);
-    return p;
+    p.u = u;
+    p.v = v;
+    p.own = (ThickCell){x, y, z};
+    *piece = p;
 }
 
 // A place of space in the piece's axes.
@@ -187,6 +194,113 @@ static NOINLINE float2 thick_nearer(const ThickCell *cell, float2 st, float3 at)
     return next;
 }
 
+// Differences of neighbours along s and along t; those that there are no more of are the last ones again.
+INLINE float16 thick_steps_s(float16 x)
+{
+    return x.s456789abcdefcdef - x.s0123456789ab89ab;
+}
+
+INLINE float16 thick_steps_t(float16 x)
+{
+    return x.s123356779abbdeff - x.s0122456689aacdee;
+}
+
+INLINE float most16_of(float16 x)
+{
+    return -least16_of(-x);
+}
+
+// How far three coordinates are from those of a way, at most.
+INLINE float thick_spread(float16 x, float16 y, float16 z, float3 way)
+{
+    x -= way.x;
+    y -= way.y;
+    z -= way.z;
+    return sqrt(most16_of(x * x + y * y + z * z));
+}
+
+// What second derivatives add to those of the squared distance over a piece: bounds of their products with the way from a place to the piece, and that of their mean.
+typedef struct ThickBend {
+    float low, size;
+    float3 mean;
+} ThickBend;
+
+INLINE ThickBend thick_bend(float16 x, float16 y, float16 z, float3 way, float reach)
+{
+    ThickBend bend;
+    float16 along = x * way.x + y * way.y + z * way.z;
+    float slack = reach * sqrt(most16_of(x * x + y * y + z * z));
+    bend.low = least16_of(along) - slack;
+    bend.size = most16_of(fabs(along)) + slack;
+    bend.mean = (float3)(sum16_of(x), sum16_of(y), sum16_of(z)) / 16.0f;
+    return bend;
+}
+
+// The second derivatives of half the squared distance from a place, which is `way` before the middle of the chords, where that is convex over the piece.
+typedef struct ThickConvex {
+    float3 ss, st, tt; // of the surface, their means
+    int holds;
+} ThickConvex;
+
+static NOINLINE void thick_convex(const ThickPiece *p, float3 way, ThickConvex *convex)
+{
+    const ThickCell *own = &p->own;
+    float16 xs = 3.0f * thick_steps_s(own->x), ys = 3.0f * thick_steps_s(own->y), zs = 3.0f * thick_steps_s(own->z);
+    float16 xt = 3.0f * thick_steps_t(own->x), yt = 3.0f * thick_steps_t(own->y), zt = 3.0f * thick_steps_t(own->z);
+    float reach = sqrt(most16_of(own->x * own->x + own->y * own->y + own->z * own->z));
+    // Steps of steps: along s a cubic has two, of which steps_s() takes the first three of its four.
+    float16 xss = 2.0f * (xs.s456789ab89ab89ab - xs.s0123456745674567), yss = 2.0f * (ys.s456789ab89ab89ab - ys.s0123456745674567);
+    float16 zss = 2.0f * (zs.s456789ab89ab89ab - zs.s0123456745674567);
+    float16 xtt = 2.0f * (xt.s122256669aaadeee - xt.s011145558999cddd), ytt = 2.0f * (yt.s122256669aaadeee - yt.s011145558999cddd);
+    float16 ztt = 2.0f * (zt.s122256669aaadeee - zt.s011145558999cddd);
+    ThickBend ss = thick_bend(xss, yss, zss, way, reach), tt = thick_bend(xtt, ytt, ztt, way, reach);
+    ThickBend st = thick_bend(3.0f * thick_steps_t(xs), 3.0f * thick_steps_t(ys), 3.0f * thick_steps_t(zs), way, reach);
+    float u = sqrt(dot_of(p->u, p->u)), v = sqrt(dot_of(p->v, p->v)), off_u = thick_spread(xs, ys, zs, p->u), off_v = thick_spread(xt, yt, zt, p->v);
+    float least_u = max(u - off_u, 0.0f), least_v = max(v - off_v, 0.0f);
+    float a = least_u * least_u + ss.low, c = least_v * least_v + tt.low;
+    float b = fabs(dot_of(p->u, p->v)) + u * off_v + v * off_u + off_u * off_v + st.size;
+    convex->holds = a > 0.0f && c > 0.0f && a * c > b * b;
+    convex->ss = ss.mean;
+    convex->st = st.mean;
+    convex->tt = tt.mean;
+}
+
+// Goes to the place of the piece that is nearest to one `way` before its middle, where the distance is convex. Returns below what the square of it cannot be.
+static NOINLINE float thick_settle(const ThickPiece *p, const ThickConvex *convex, float3 way, float2 *st)
+{
+    float bound = 0.0f;
+    float2 at = *st;
+    for (int turn = 0; turn < 4; turn++) {
+        float4 us = thick_weights(at.x), vs = thick_weights(at.y);
+        float3 to = way + thick_sum(&p->own, us, vs), by_s = thick_sum(&p->own, thick_slopes(at.x), vs), by_t = thick_sum(&p->own, us, thick_slopes(at.y));
+        float g = dot_of(by_s, to), h = dot_of(by_t, to), square = dot_of(to, to);
+        // A convex function is above its tangent plane.
+        float below = square + 2.0f * (min(-g * at.x, g * (1.0f - at.x)) + min(-h * at.y, h * (1.0f - at.y)));
+        bound = max(bound, below);
+        *st = at;
+        if (square - below <= 1e-6f * square || turn == 3) break;
+        float a = dot_of(by_s, by_s) + dot_of(to, convex->ss), b = dot_of(by_s, by_t) + dot_of(to, convex->st), c = dot_of(by_t, by_t) + dot_of(to, convex->tt);
+        float det = a * c - b * b;
+        if (!(det > 0.0f)) break;
+        float2 step = (float2)((b * h - c * g) / det, (b * g - a * h) / det), next = clamp(at + step, 0.0f, 1.0f);
+        if (next.x != at.x + step.x) next.y = clamp(at.y - (h + b * (next.x - at.x)) / c, 0.0f, 1.0f);
+        else if (next.y != at.y + step.y) next.x = clamp(at.x - (g + b * (next.y - at.y)) / a, 0.0f, 1.0f);
+        at = next;
+    }
+    return bound;
+}
+
+// Parameters of the piece as those of its cell, and back.
+INLINE float2 thick_outer(ThickBox box, float2 st)
+{
+    return (float2)(box.s0 + st.x * (box.s1 - box.s0), box.t0 + st.y * (box.t1 - box.t0));
+}
+
+INLINE float2 thick_inner(ThickBox box, float2 st)
+{
+    return clamp((float2)((st.x - box.s0) / (box.s1 - box.s0), (st.y - box.t0) / (box.t1 - box.t0)), 0.0f, 1.0f);
+}
+
 INLINE ThickCell thick_cell(__global const CellRecord *records)
 {
     return (ThickCell){vload16(0, records[0].points), vload16(0, records[1].points), vload16(0, records[2].points)};
@@ -226,6 +340,27 @@ INLINE void thick_meet(const ThickRay *ray, float3 centre, float from, int known
     *best = min(*best, max(low, from));
 }
 
+// Whether no ball about a place of the piece is entered before `best` by more than the tolerance; lowers `best` to where one that there is is entered.
+static int thick_settles(const ThickRay *ray, const ThickCell *cell, ThickBox box, const ThickPiece *piece, float2 st, float from, int known, float *best)
+{
+    ThickConvex convex = {.holds = 0};
+    float2 inner = thick_inner(box, st);
+    for (int turn = 0; turn < 4; turn++) {
+        float before = *best - ray->tolerance;
+        float3 at = ray->from + before * ray->way, way = piece->about - at;
+        // All places are ahead: who has entered one of their balls before is in it still.
+        float3 d = thick_turned(piece, ray->way), off = thick_local(piece, at) - piece->middle;
+        if (!(-dot_of(off, d) >= dot_of(fabs(d), piece->extent))) return 0;
+        if (turn == 0) thick_convex(piece, way, &convex);
+        if (!convex.holds) return 0;
+        if (thick_settle(piece, &convex, way, &inner) >= ray->radius * ray->radius) return 1;
+        float entry, last = *best;
+        thick_meet(ray, thick_place(cell, thick_outer(box, inner)), from, known, best, &entry);
+        if (!(*best < last)) return 0;
+    }
+    return 0;
+}
+
 // Lowers `best` to where the ray enters what is about a cell, if that is before it.
 static NOINLINE float thick_enter(const ThickRay *ray, const ThickCell *cell, float from, int known, float best, int look)
 {
@@ -235,7 +370,8 @@ static NOINLINE float thick_enter(const ThickRay *ray, const ThickCell *cell, fl
     stack[0] = (ThickBox){0.0f, 1.0f, 0.0f, 1.0f};
     while (count) {
         ThickBox box = stack[--count];
-        ThickPiece piece = thick_piece(cell, box);
+        ThickPiece piece;
+        thick_piece(cell, box, &piece);
         float3 o = thick_local(&piece, ray->from), d = thick_turned(&piece, ray->way);
         float2 stretch = thick_stretch(o - piece.middle, d, piece.extent, ray->radius);
         float low = max(stretch.x, from);
@@ -252,6 +388,7 @@ static NOINLINE float thick_enter(const ThickRay *ray, const ThickCell *cell, fl
         float2 better = thick_nearer(cell, st, ray->from + max(entry, low) * ray->way);
         thick_meet(ray, thick_place(cell, better), from, known, &best, &entry);
         if (look || low >= best - tolerance || thick_is_small(&piece, box, tolerance) || count + 2 > THICK_DEPTH) continue;
+        if (best < INFINITY && thick_settles(ray, cell, box, &piece, better, from, known, &best)) continue;
         ThickBox first = box, second = box;
         int upper;
         if (thick_splits_s(&piece, box)) {
@@ -289,7 +426,8 @@ static NOINLINE void thick_nearest(ThickNearest *nearest, const ThickCell *cell,
     stack[0] = (ThickBox){0.0f, 1.0f, 0.0f, 1.0f};
     while (count && nearest->distance > nearest->enough) {
         ThickBox box = stack[--count];
-        ThickPiece piece = thick_piece(cell, box);
+        ThickPiece piece;
+        thick_piece(cell, box, &piece);
         float3 q = thick_local(&piece, nearest->at);
         float gap = thick_gap(&piece, q);
         if (gap >= nearest->distance - tolerance) continue;
@@ -300,6 +438,16 @@ static NOINLINE void thick_nearest(ThickNearest *nearest, const ThickCell *cell,
         }
         thick_compare(nearest, thick_place(cell, st));
         if (gap >= nearest->distance - tolerance || thick_is_small(&piece, box, tolerance) || count + 2 > THICK_DEPTH) continue;
+        ThickConvex convex;
+        float3 way = piece.about - nearest->at;
+        thick_convex(&piece, way, &convex);
+        if (convex.holds) {
+            float2 inner = thick_inner(box, st);
+            float bound = thick_settle(&piece, &convex, way, &inner);
+            thick_compare(nearest, thick_place(cell, thick_outer(box, inner)));
+            float limit = max(nearest->distance - tolerance, 0.0f);
+            if (bound >= limit * limit) continue;
+        }
         ThickBox first = box, second = box;
         if (thick_splits_s(&piece, box)) first.s1 = second.s0 = 0.5f * (box.s0 + box.s1);
         else first.t1 = second.t0 = 0.5f * (box.t0 + box.t1);
