@@ -10,7 +10,7 @@
 #define FIELD_STEPS 400 // evaluations for a cell of a packet, before what is left is sampled
 #define LAST_SAMPLES 16
 #define SAMPLES 4         // of a piece that is lost in noise
-#define NOISE_PART 0.25f  // of what floats may be wrong by: what F may be at most where it is lost in that
+#define NOISE_PART 1.0f   // of what floats may be wrong by: what F may be at most where it is lost in that
 
 static __global const FieldRecord *field_record(const Ray *ray, uint id)
 {
@@ -120,12 +120,13 @@ static FLOAT field_sampled(const Tape *tape, const FieldLine *line, FLOAT p, FLO
 }
 
 // What is known of sign * F over a piece, and what is undefined in it: that is outside.
-static Strip field_strip(const Tape *tape, const FieldLine *line, const FLOAT *p, const FLOAT *q, float sign, __global FLOAT *memory)
+INLINE Strip field_strip(const Tape *tape, const FieldLine *line, FLOAT p, FLOAT q, float sign, __global FLOAT *memory)
 {
-    Strip f;
+    Strip result, f;
     Doubt doubt;
     FLOAT least_number = -INFINITY, most_number = INFINITY;
-    tape_strip(tape, line->o, line->e, p, q, memory, &f, &doubt);
+    tape_strip(tape, line->o, line->e, &p, &q, memory, &result, &doubt);
+    f = result;
     f.p.low = doubt.maybe ? least_number : f.p.low;
     f.q.low = doubt.maybe ? least_number : f.q.low;
     f.p.high = doubt.never ? least_number : f.p.high;
@@ -167,15 +168,16 @@ INLINE void search_bracket(Search *m, INT which, FLOAT low, FLOAT high, FLOAT f_
 NOINLINE void search_sampled(const Tape *tape, const FieldLine *line, Search *m, const INT *pwhich, const FLOAT *pq, const FLOAT *pnoise, float sign,
                              __global FLOAT *memory)
 {
-    INT which = *pwhich, sure = which & (*pq >= m->certain);
+    INT which = *pwhich;
     FLOAT q = *pq, before, large = LARGEST;
     FLOAT place = field_sampled(tape, line, m->p, q, SAMPLES, which, m->at_root, sign, &before, memory);
-    INT positive = which & (place < INFINITY), at_once = (positive & (place == m->p)) | (sure & !positive);
-    FLOAT f_low = field_value(tape, line, before, sign, memory), f_high = field_value(tape, line, positive ? place : q, sign, memory);
-    m->uncertain = m->uncertain | (which & !sure & !m->at_root);
-    m->found = at_once ? (positive ? place : q) : m->found;
+    INT positive = which & (place < INFINITY), at_once = positive & (place == m->p), between = positive & !at_once;
+    m->uncertain = m->uncertain | (which & !m->at_root);
+    m->found = at_once ? place : m->found;
     m->live = m->live & !at_once;
-    search_bracket(m, positive & !at_once, before, place, most(least(f_low, 0.0f), -large), least(f_high, large), *pnoise);
+    if (!ANY(between)) return;
+    FLOAT f_low = field_value(tape, line, before, sign, memory), f_high = field_value(tape, line, positive ? place : q, sign, memory);
+    search_bracket(m, between, before, place, most(least(f_low, 0.0f), -large), least(f_high, large), *pnoise);
 }
 
 // Pieces where it is not known at their beginning whether F is positive, or where what is known of a root grows no narrower: how long the next one is to be, and
@@ -196,7 +198,9 @@ NOINLINE void search_closer(const Tape *tape, const FieldLine *line, Search *m, 
     INT near = width <= 0.02f * (1.0f + size_of(m->p)); // farther it may be less than at p
     INT lost = near & ((top <= NOISE_PART * noise) | (extent <= 4.0f * noise));
     INT closed = open & (lost | (width <= place));
-    INT sampled = closed & !(m->at_root & (f.q.high <= 0.0f));
+    INT sure = closed & (q >= m->certain), sampled = closed & !sure & !(m->at_root & (f.q.high <= 0.0f));
+    m->found = sure ? 0.5f * (m->p + q) : m->found;
+    m->live = m->live & !sure;
     if (ANY(sampled)) search_sampled(tape, line, m, &sampled, &q, &noise, sign, memory);
     closed = closed & m->live;
     m->least_step = closed ? 2.0f * m->least_step : m->least_step;
@@ -209,9 +213,8 @@ NOINLINE void search_closer(const Tape *tape, const FieldLine *line, Search *m, 
 }
 
 // What a piece from p to q that is open tells: up to where F is not positive, from where on it is, and with that where to go on.
-INLINE void search_open(const Tape *tape, const FieldLine *line, Search *m, const Strip *pf, INT open, FLOAT q, int exists, int late, float sign, __global FLOAT *memory)
+INLINE void search_open(const Tape *tape, const FieldLine *line, Search *m, Strip f, INT open, FLOAT q, int exists, int late, float sign, __global FLOAT *memory)
 {
-    Strip f = *pf;
     FLOAT width = q - m->p, start = m->p, stop = q;
     INT before = open & (f.p.high < 0.0f), behind = f.q.low > 0.0f, crosses = open & (behind | (q >= m->certain));
     FLOAT ahead = sum_below(m->p, product_below(0.999999f * share_until_zero(f.p.high, f.q.high), width));
@@ -220,7 +223,10 @@ INLINE void search_open(const Tape *tape, const FieldLine *line, Search *m, cons
     stop = (behind & (back < q)) ? back : stop;
     FLOAT gap = stop - start;
     m->certain = crosses ? stop : m->certain;
-    INT narrow = crosses & (exists ? crosses : (before | !m->at_root) & (gap <= 1e-6f * size_of(stop) + 1e-12f));
+    // A bracket that grows no narrower is as good as floats are, or has an edge in it; up to some size the difference does not matter.
+    FLOAT size = size_of(stop) + 1e-6f;
+    INT found = (gap <= 1e-6f * size) | ((gap <= 1e-5f * size) & (gap > 0.5f * width));
+    INT narrow = crosses & (exists ? crosses : (before | !m->at_root) & found);
     FLOAT middle = m->p + width * share_until_zero(f.p.low + f.p.high, f.q.low + f.q.high);
     m->found = narrow ? least(most(middle, start), stop) : m->found;
     m->live = m->live & !narrow;
@@ -232,7 +238,12 @@ INLINE void search_open(const Tape *tape, const FieldLine *line, Search *m, cons
     m->h = shorter ? gap : far ? rest : closer ? 0.5f * (crosses ? gap : rest) : m->h;
     m->at_root = m->at_root & !before;
     FLOAT last = crosses ? stop : q;
-    if (ANY(asked)) search_closer(tape, line, m, pf, &asked, &last, sign, memory);
+    if (ANY(asked)) { // copies: what a function can reach stays in memory
+        Search part = *m;
+        Strip copy = f;
+        search_closer(tape, line, &part, &copy, &asked, &last, sign, memory);
+        *m = part;
+    }
 }
 
 // The first place of [p, end] where sign * F is positive; infinity where there is none. `at_root`: p is a place where it has just turned negative.
@@ -251,7 +262,7 @@ NOINLINE void field_search(const Tape *tape, const FieldLine *line, const FLOAT 
         }
         FLOAT q = m.h >= m.end - m.p ? m.end : least(m.p + m.h, m.end);
         q = least(q, m.certain);
-        Strip f = field_strip(tape, line, &m.p, &q, sign, memory);
+        Strip f = field_strip(tape, line, m.p, q, sign, memory);
         INT passed = m.live & (f.p.high <= 0.0f) & (f.q.high <= 0.0f), contrary = passed & (q >= m.certain);
         INT met = m.live & (f.p.low > 0.0f) & (!m.at_root | (f.q.low > 0.0f)), open = m.live & !passed & !met;
         m.found = met ? m.p : contrary ? q : m.found;
@@ -259,7 +270,7 @@ NOINLINE void field_search(const Tape *tape, const FieldLine *line, const FLOAT 
         m.at_root = m.at_root & !passed;
         m.h = passed ? 8.0f * m.h : m.h;
         m.p = passed ? q : m.p;
-        if (ANY(open)) search_open(tape, line, &m, &f, open, q, exists, step >= 8, sign, memory);
+        if (ANY(open)) search_open(tape, line, &m, f, open, q, exists, step >= 8, sign, memory);
         m.live = m.live & (m.p < m.end);
     }
     if (ANY(m.bracketed)) {

@@ -165,7 +165,11 @@ NOINLINE void tape_value(const Tape *tape, const FLOAT *point, __global FLOAT *v
         }
         default:
             if (!(step.word & TAPE_LITERAL) && (op == TAPE_POW || op == TAPE_ATAN2 || op == TAPE_MOD || op == TAPE_LSE || (op >= TAPE_LT && op <= TAPE_OR))) b = v[step.b];
-            rare_value(op, &a, &b, &r);
+            {
+                FLOAT x = a, y = b, z; // copies: what a function can reach stays in memory
+                rare_value(op, &x, &y, &z);
+                r = z;
+            }
             break;
         }
         v[TAPE_POINT + k] = r;
@@ -524,7 +528,11 @@ INLINE Range step_range(TapeStep step, Range a, Range b, Doubt *doubt)
     case TAPE_POWER:
         if ((int)step.b < 0) doubt->maybe = doubt->maybe | has_zero(a);
         return range_power(a, (int)step.b);
-    default: rare_range(op, &a, &b, step.word & TAPE_LAZY, doubt, &r); return r;
+    default: {
+        Range x = a, y = b; // copies: what a function can reach stays in memory
+        rare_range(op, &x, &y, step.word & TAPE_LAZY, doubt, &r);
+        return r;
+    }
     }
 }
 
@@ -638,9 +646,15 @@ NOINLINE void tape_gradient(const Tape *tape, const FLOAT *point, __global FLOAT
             continue;
         }
         default:
-            if (op == TAPE_POWER) r.f = whole_power(a.f, (int)step.b);
-            else rare_value(op, &a.f, &b.f, &r.f);
-            rare_slope(op, (int)step.b, &a.f, &b.f, &r.f, &by_a, &by_b);
+            {
+                FLOAT x = a.f, y = b.f, z, by_x, by_y; // copies: what a function can reach stays in memory
+                if (op == TAPE_POWER) z = whole_power(x, (int)step.b);
+                else rare_value(op, &x, &y, &z);
+                rare_slope(op, (int)step.b, &x, &y, &z, &by_x, &by_y);
+                r.f = z;
+                by_a = by_x;
+                by_b = by_y;
+            }
             break;
         }
         r.x = product(by_a, a.x) + product(by_b, b.x);
