@@ -6,15 +6,17 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
+#include <sys/statvfs.h>
 #include <unistd.h>
 
-#define PATH_LIMIT 1024
+#define PATH_LIMIT POCL_PATH_SIZE
+#define ROOM       (8u << 20) // bytes that compiling a kernel may want: a large one takes 3 MB
 #define NAME       "/tempfile_"
 #define NAME_SIZE  (sizeof NAME - 1 + 6 + 3) // six characters that differ, and ".cl"
 
-// The folder of PoCL's cache, as PoCL finds it.
-static bool cache_folder(char *path, size_t size)
+bool pocl_cache_folder(char path[static POCL_PATH_SIZE])
 {
+    size_t size = POCL_PATH_SIZE;
     const char *own = getenv("POCL_CACHE_DIR"), *cache = getenv("XDG_CACHE_HOME"), *home = getenv("HOME");
     int length = -1;
     if (own && *own)
@@ -26,23 +28,44 @@ static bool cache_folder(char *path, size_t size)
     return length > 0 && (size_t)length < size;
 }
 
-// Whether a folder can be written, or made: then the nearest one above that is there can be.
-static bool can_write(const char *folder)
+// The folder, or the nearest one above that is there.
+static bool nearest_folder(const char *folder, char path[static PATH_LIMIT])
 {
-    char path[PATH_LIMIT];
-    snprintf(path, sizeof path, "%s", folder);
+    snprintf(path, PATH_LIMIT, "%s", folder);
     while (access(path, F_OK)) {
         char *slash = strrchr(path, '/');
         if (!slash || slash == path) return false;
         *slash = 0;
     }
-    return !access(path, W_OK | X_OK);
+    return true;
+}
+
+// Whether a folder can be written, or made.
+static bool can_write(const char *folder)
+{
+    char path[PATH_LIMIT];
+    return nearest_folder(folder, path) && !access(path, W_OK | X_OK);
+}
+
+// A disk that does not tell how large it is has room.
+static bool has_room(const char *folder)
+{
+    char path[PATH_LIMIT];
+    struct statvfs disk;
+    if (!nearest_folder(folder, path) || statvfs(path, &disk) || !disk.f_blocks) return true;
+    return (uint64_t)disk.f_bavail * disk.f_frsize >= ROOM;
+}
+
+bool pocl_cache_full(void)
+{
+    char path[PATH_LIMIT];
+    return pocl_cache_folder(path) && !has_room(path);
 }
 
 void pocl_ensure_cache(void)
 {
     char path[PATH_LIMIT], own[64];
-    if (!cache_folder(path, sizeof path) || can_write(path)) return;
+    if (!pocl_cache_folder(path) || (can_write(path) && has_room(path)) || !has_room("/tmp")) return;
     snprintf(own, sizeof own, "/tmp/scn-pocl-%ld", (long)geteuid());
     // What is there must be the user's: others could put code into it.
     struct stat status;
@@ -90,7 +113,7 @@ static void replace_packed(uint8_t *bytes, size_t size, const char *text, const 
 void pocl_clean_binary(uint8_t *bytes, size_t size)
 {
     char text[PATH_LIMIT], other[PATH_LIMIT];
-    if (!cache_folder(text, sizeof text - NAME_SIZE)) return;
+    if (!pocl_cache_folder(text) || strlen(text) >= sizeof text - NAME_SIZE) return;
     strcat(text, NAME);
     size_t begin = strlen(text), length = begin + 6 + 3;
     uint8_t *found = memmem(bytes, size, text, begin);

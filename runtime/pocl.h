@@ -12,9 +12,16 @@
 #include <stddef.h>
 #include <stdint.h>
 
-// Before PoCL's first call. Where PoCL cannot write its cache it has no device at all; then it is given a folder of the
-// user's own in /tmp.
+// The folder of PoCL's cache, as PoCL finds it; false where it has none or the path does not fit.
+#define POCL_PATH_SIZE 1024
+bool pocl_cache_folder(char path[static POCL_PATH_SIZE]);
+
+// Before PoCL's first call. Where PoCL cannot make its cache it has no device at all, and where the disk is full it
+// cannot compile; then it is given a folder of the user's own in /tmp, if there is room.
 void pocl_ensure_cache(void);
+
+// Whether the disk of PoCL's cache is so full that kernels cannot be compiled.
+bool pocl_cache_full(void);
 
 // Overwrites the path in a binary.
 void pocl_clean_binary(uint8_t *bytes, size_t size);

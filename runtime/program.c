@@ -151,7 +151,12 @@ static void report_build(const ProgramDesc *desc, Device *device, cl_program cl,
     const char *text = log && *log ? log : "(the compiler says nothing)";
     const char *error = strstr(text, "error:");
     if (!error) error = text;
-    char path[FILE_PATH_SIZE] = "";
+    char path[FILE_PATH_SIZE] = "", cache[POCL_PATH_SIZE];
+    if (device->info.is_pocl && pocl_cache_full() && pocl_cache_folder(cache)) {
+        fail(failure, "kernels cannot be compiled: the disk of the OpenCL driver's cache, %s, is full", cache);
+        free(log);
+        return;
+    }
     bool saved = save_log(desc, text, path, sizeof path);
     fail(failure, "internal error: the OpenCL compiler of %s refuses the kernel (%s): %.*s%s%.200s", device->info.name,
          device_error(status), (int)strcspn(error, "\n"), error, saved ? "; its log and the source are in " : "",

@@ -10,6 +10,7 @@
 #include <time.h>
 
 #include "compiler/emit.h"
+#include "runtime/pocl.h"
 #include "runtime/view.h"
 
 _Static_assert(sizeof(QuadricRecord) == 64, "as on the device");
@@ -146,7 +147,10 @@ Renderer *renderer_new(const Device *device, cl_program program, const Plan *pla
     cl_int status;
     r->kernel = clCreateKernel(program, EMIT_KERNEL, &status);
     if (status != CL_SUCCESS) {
-        fail(failure, "the device's program has no kernel: %s", device_error(status));
+        char cache[POCL_PATH_SIZE];
+        fail(failure, "the device's program has no kernel (%s)", device_error(status));
+        if (device->info.is_pocl && pocl_cache_folder(cache))
+            fail(failure, "the OpenCL driver's cache is damaged: delete the folder %s", cache);
         free(r);
         return NULL;
     }
