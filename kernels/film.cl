@@ -180,6 +180,14 @@ PASS void shade_tile(const Buffers *b, const Tile *tile, const Film *film, uint 
     }
 }
 
+// The row of tiles that comes k-th: from the middle of the picture outwards, since threads take tiles by tens, and the last of them, at the edges, are mostly
+// soon done. Two threads gain 1.90 … 1.96 with it instead of 1.85 … 1.90 from top to bottom (S1 … S5); single tiles spread over the picture gain as much, but
+// S2 takes 1.4 % more CPU time then.
+static uint row_of(uint k, uint rows)
+{
+    return k & 1u ? rows / 2 - (k + 1) / 2 : rows / 2 + k / 2;
+}
+
 __kernel void render(__global const FrameConstants *frame, __global const ViewConstants *views, __global const LightConstants *lights,
                      __global const QuadricRecord *records, __global const float *boxes, __global const uint *items,
                      __global const PlanNode *nodes, __global const MaterialConstants *materials, __global const uint *tapes, __global uint *work, __global uint *counters,
@@ -193,7 +201,7 @@ __kernel void render(__global const FrameConstants *frame, __global const ViewCo
     __local FLOAT light_u[BLOCKS], light_v[BLOCKS], light_w[BLOCKS];
 #endif
     uint group = (uint)get_group_id(0);
-    uint number = first_tile + group;
+    uint number = first_tile + group, across = (uint)frame->tiles_across;
     Buffers b = {frame, views, lights, records, boxes, items, nodes, materials,
 #ifdef HAS_FIELD
                  (__global const TapeStep *)tapes,
@@ -204,7 +212,7 @@ __kernel void render(__global const FrameConstants *frame, __global const ViewCo
                  light_u, light_v, light_w,
 #endif
                  shared,
-                 (int)(number % (uint)frame->tiles_across) * TILE_SIZE, (int)(number / (uint)frame->tiles_across) * TILE_SIZE};
+                 (int)(number % across) * TILE_SIZE, (int)row_of(number / across, frame->tiles_down) * TILE_SIZE};
     Film film = {color, depth, normal, position, id};
 #ifdef HAS_FIELD
     if (stages == STAGE_REGIONS) {
@@ -214,8 +222,9 @@ __kernel void render(__global const FrameConstants *frame, __global const ViewCo
 #endif
     if (!primary_hits(&b, &tile, stages) || stages == 1 || stages == 2) return;
     // As many lights at a time as `visible` has bits.
-    for (uint first = 0; first == 0 || first < frame->light_count; first += 32) {
-        uint count = min(frame->light_count - first, 32u);
+    uint light_count = frame->layers & LAYER_COLOR ? frame->light_count : 0;
+    for (uint first = 0; first == 0 || first < light_count; first += 32) {
+        uint count = min(light_count - first, 32u);
         if (first) clear_visible(&tile);
         for (uint k = 0; k < count; k++)
             if (!light_visible(&b, &tile, lights + first + k, 1u << k)) return;

@@ -154,6 +154,7 @@ typedef struct MaterialConstants {
 typedef struct FrameConstants {
     int width, height;
     int tiles_across;
+    unsigned tiles_down;
     unsigned layers;    // LAYER_ bits
     float u0, v0;       // U, V of the left upper corner of the picture
     float du, dv;       // a pixel's step
