@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "compiler/pairs.h"
+#include "compiler/turns.h"
 
 // --- what an expression is made of
 
@@ -197,6 +198,29 @@ static bool has_operand_b(uint32_t op)
            op == TAPE_MOD || (op >= TAPE_LT && op <= TAPE_OR);
 }
 
+int tape_operands(TapeStep step, uint32_t operands[3])
+{
+    uint32_t op = TAPE_OP(step.word);
+    int count = 0;
+    if (op == TAPE_NUMBER) return 0;
+    operands[count++] = TAPE_A(step.word);
+    if (op == TAPE_SELECT) {
+        operands[count++] = step.b & 0xffff;
+        operands[count++] = step.b >> 16;
+    }
+    if (has_operand_b(op) && !(step.word & TAPE_LITERAL)) operands[count++] = step.b;
+    return count;
+}
+
+TapeStep tape_renumbered(TapeStep step, const uint32_t *number)
+{
+    uint32_t op = TAPE_OP(step.word);
+    if (op != TAPE_NUMBER) step.word = (step.word & 255u) | number[TAPE_A(step.word)] << 8;
+    if (op == TAPE_SELECT) step.b = number[step.b & 0xffff] | number[step.b >> 16] << 16;
+    if (has_operand_b(op) && !(step.word & TAPE_LITERAL)) step.b = number[step.b];
+    return step;
+}
+
 // Steps whose value nothing needs go, and the others are numbered anew.
 static void drop_unused(Maker *m, Arena *scratch)
 {
@@ -204,22 +228,14 @@ static void drop_unused(Maker *m, Arena *scratch)
     if (!m->count || m->count > TAPE_STEPS_MAX) return;
     number[TAPE_POINT + m->count - 1] = 1;
     for (uint32_t k = m->count; k-- > 0;) {
-        TapeStep step = m->steps[k];
-        uint32_t op = TAPE_OP(step.word);
-        if (!number[TAPE_POINT + k] || op == TAPE_NUMBER) continue;
-        number[TAPE_A(step.word)] = 1;
-        if (op == TAPE_SELECT) number[step.b & 0xffff] = number[step.b >> 16] = 1;
-        if (has_operand_b(op) && !(step.word & TAPE_LITERAL)) number[step.b] = 1;
+        uint32_t operands[3];
+        int used = number[TAPE_POINT + k] ? tape_operands(m->steps[k], operands) : 0;
+        for (int i = 0; i < used; i++) number[operands[i]] = 1;
     }
     for (uint32_t k = 0; k < TAPE_POINT; k++) number[k] = k;
     for (uint32_t k = 0; k < m->count; k++) {
-        TapeStep step = m->steps[k];
-        uint32_t op = TAPE_OP(step.word);
         if (!number[TAPE_POINT + k]) continue;
-        if (op != TAPE_NUMBER) step.word = (step.word & 255u) | number[TAPE_A(step.word)] << 8;
-        if (op == TAPE_SELECT) step.b = number[step.b & 0xffff] | number[step.b >> 16] << 16;
-        if (has_operand_b(op) && !(step.word & TAPE_LITERAL)) step.b = number[step.b];
-        m->steps[count] = step;
+        m->steps[count] = tape_renumbered(m->steps[k], number);
         number[TAPE_POINT + k] = TAPE_POINT + count++;
     }
     m->count = count;
@@ -580,8 +596,30 @@ static bool refine(Search *s, const Cell *cells, uint32_t count, Cell *next, uin
     return true;
 }
 
+// Makes the box smaller by what is known of tapes that turn two coordinates first (compiler/turns.h).
+static void clip_by_turn(const Plan *plan, const PlanTape *tape, const double *values, double low[3], double high[3])
+{
+    Arena scratch = {0};
+    PlanTape rest = {0};
+    TapeStep *steps = arena_array(&scratch, TapeStep, tape->count);
+    int turned[2];
+    if (turns_take(plan->tape_steps + tape->first, tape->count, steps, &rest.count, turned)) {
+        double least[3], most[3], reach[3];
+        tape_bounds(&(Plan){.tape_steps = steps}, &rest, values, least, most);
+        for (int k = 0; k < 3; k++) reach[k] = fmax(fabs(least[k]), fabs(most[k]));
+        double radius = hypot(reach[turned[0]], reach[turned[1]]) * (1 + 1e-12);
+        for (int k = 0; k < 3; k++) {
+            bool turns = k == turned[0] || k == turned[1], empty = !(least[k] <= most[k]);
+            low[k] = fmax(low[k], turns && !empty ? -radius : least[k]);
+            high[k] = fmin(high[k], turns && !empty ? radius : most[k]);
+        }
+    }
+    arena_release(&scratch);
+}
+
 void tape_bounds_within(const Plan *plan, const PlanTape *tape, const double *values, double low[3], double high[3])
 {
+    clip_by_turn(plan, tape, values, low, high);
     Arena scratch = {0};
     Search s = {.plan = plan, .tape = tape, .values = values, .left = BOUNDS_STEPS};
     s.work = arena_array(&scratch, double, TAPE_WORK *(size_t)(TAPE_POINT + tape->count));

@@ -37,6 +37,10 @@ bool tape_check(const TapeStep *steps, uint32_t count, Slot slot_count);
 // The steps with the frame's numbers, in float, as the kernels read them.
 void tape_bake(const TapeStep *steps, uint32_t count, const double *values, TapeStep *baked);
 
+// The values that a step takes, and their count. The step where value k is number[k].
+int tape_operands(TapeStep step, uint32_t operands[3]);
+TapeStep tape_renumbered(TapeStep step, const uint32_t *number);
+
 enum { TAPE_WORK = 4 }; // doubles for each value of a tape, TAPE_POINT + count of them, in either evaluation
 
 FieldValue tape_at(const Plan *plan, const PlanTape *tape, const double *values, const double point[3], double *work);
@@ -50,6 +54,7 @@ Interval tape_steps_over(const TapeStep *steps, uint32_t count, const double *va
 
 // A box that holds all of F >= 0 that is within TAPE_REACH of the origin, in the expression's own coordinates. Slices are
 // cut off its sides for as long as intervals say that F < 0 in them, then what is left is cut into boxes, and each is asked.
+// What a twist or a bend turns is as far from its axis as before (compiler/turns.h).
 // Sides whose end is not found are infinite; low > high: nothing is there.
 #define TAPE_REACH 65536.0 // beyond it general fields are not looked for
 void tape_bounds(const Plan *plan, const PlanTape *tape, const double *values, double low[3], double high[3]);

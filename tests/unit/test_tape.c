@@ -183,6 +183,69 @@ static void bounds_hold_the_object_and_little_else(void **state)
     arena_release(&arena);
 }
 
+// The coordinates u and v of `at` turned by `rate` times z.
+static void turn(Ir *ir, double rate, int u, int v, IrId at[3])
+{
+    IrId angle = ir_op2(ir, OP_MUL, test_span, at[2], ir_const(ir, rate)), c = ir_op1(ir, OP_COS, test_span, angle),
+         s = ir_op1(ir, OP_SIN, test_span, angle), a = at[u], b = at[v];
+    at[u] = ir_op2(ir, OP_SUB, test_span, ir_op2(ir, OP_MUL, test_span, a, c), ir_op2(ir, OP_MUL, test_span, b, s));
+    at[v] = ir_op2(ir, OP_ADD, test_span, ir_op2(ir, OP_MUL, test_span, b, c), ir_op2(ir, OP_MUL, test_span, a, s));
+}
+
+// 1 less the square of the distance from (x, 0, 0).
+static IrId ball_at(Ir *ir, double x)
+{
+    IrId sum = ir_const(ir, 1);
+    for (int k = 0; k < 3; k++) {
+        IrId away = k ? axis(ir, OP_X + k) : ir_op2(ir, OP_SUB, test_span, axis(ir, OP_X), ir_const(ir, x));
+        sum = ir_op2(ir, OP_SUB, test_span, sum, ir_op2(ir, OP_MUL, test_span, away, away));
+    }
+    return sum;
+}
+
+// Bounds of an expression, and whether all points of it that random ones hit are in them.
+static void bounds_that_hold(const Ir *ir, IrId expression, double low[3], double high[3])
+{
+    Taped t;
+    Random r = {7};
+    taped_init(&t, ir, expression);
+    tape_bounds(&t.plan, &t.tape, t.numbers.values, low, high);
+    for (int k = 0; k < 20000; k++) {
+        double p[3];
+        for (int c = 0; c < 3; c++) p[c] = random_in(&r, -60, 60) * (k % 2 ? 1 : 0.05);
+        if (!(taped_at(&t, p, NULL) >= 0)) continue;
+        for (int c = 0; c < 3; c++) assert_true(low[c] <= p[c] && p[c] <= high[c]);
+    }
+    arena_release(&t.arena);
+}
+
+static void what_is_turned_keeps_its_distance_from_the_axis(void **state)
+{
+    Arena arena = {0};
+    Ir *ir = ir_new(&arena);
+    IrId ball = ball_at(ir, 2), at[3] = {axis(ir, OP_X), axis(ir, OP_Y), axis(ir, OP_Z)};
+    double low[3], high[3];
+    turn(ir, -2, 0, 1, at); // a twist
+    bounds_that_hold(ir, expression_substitute(ir, ball, at), low, high);
+    for (int k = 0; k < 3; k++) assert_true(low[k] > (k < 2 ? -3.7 : -1.2) && high[k] < (k < 2 ? 3.7 : 1.2));
+    turn(ir, 1, 2, 0, at); // a bend that was twisted before
+    bounds_that_hold(ir, expression_substitute(ir, ball, at), low, high);
+    for (int k = 0; k < 3; k++) assert_true(low[k] > -4 && high[k] < 4);
+    // A part that is not turned with it stays where it is.
+    IrId turned[3] = {axis(ir, OP_X), axis(ir, OP_Y), axis(ir, OP_Z)};
+    turn(ir, 2, 0, 1, turned);
+    IrId other = ir_op2(ir, OP_MAX, test_span, expression_substitute(ir, ball, turned), ball_at(ir, 50));
+    bounds_that_hold(ir, other, low, high);
+    assert_true(high[0] >= 51);
+    // Nor does a turn of angles that are not one angle keep anything.
+    IrId sum = ir_op2(ir, OP_ADD, test_span,
+                      ir_op2(ir, OP_MUL, test_span, axis(ir, OP_X), ir_op1(ir, OP_SIN, test_span, axis(ir, OP_Y))),
+                      ir_op2(ir, OP_MUL, test_span, axis(ir, OP_Y), ir_op1(ir, OP_COS, test_span, axis(ir, OP_Y))));
+    IrId other_angles[3] = {turned[0], sum, axis(ir, OP_Z)};
+    bounds_that_hold(ir, expression_substitute(ir, ball, other_angles), low, high);
+    arena_release(&arena);
+}
+
 static const char *imported(Arena *arena, const char *text, Failure *failure)
 {
     size_t length;
@@ -211,6 +274,7 @@ int main(void)
         cmocka_unit_test(no_value_is_outside_of_its_interval),
         cmocka_unit_test(a_tape_is_worth_what_its_expression_is),
         cmocka_unit_test(bounds_hold_the_object_and_little_else),
+        cmocka_unit_test(what_is_turned_keeps_its_distance_from_the_axis),
         cmocka_unit_test(an_imported_model_is_a_scene),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
