@@ -492,20 +492,23 @@ typedef struct Scene {
     const double *values;
     uint32_t begin, count; // the perturbations last looked at, which leaves of a deformed object share,
     Bounds added;          // and where they add
+    bool negative;         // (of minus the perturbations)
 } Scene;
 
 static Bounds group_bounds(Scene *s, uint32_t index);
 
 // Where some of the perturbations are positive.
-static const Bounds *added_by(Scene *s, uint32_t begin, uint32_t count)
+static const Bounds *added_by(Scene *s, uint32_t begin, uint32_t count, bool negative)
 {
-    if (s->begin == begin && s->count == count) return &s->added;
+    if (s->begin == begin && s->count == count && s->negative == negative) return &s->added;
     s->begin = begin;
     s->count = count;
+    s->negative = negative;
     s->added = nothing();
     for (uint32_t k = begin; k < begin + count; k++) {
         const PlanPerturbation *p = &s->plan->perturbations[k];
-        if (!(s->values[p->strength] > 0)) continue; // takes away
+        double strength = s->values[p->strength];
+        if (!(negative ? strength < 0 : strength > 0)) continue; // takes away
         Bounds support = bounds_of_quadric(s->values + p->quadric);
         hull(&s->added, &support);
     }
@@ -561,6 +564,21 @@ static void lifted(Scene *s, const PlanLeaf *leaf, Bounds *box)
     }
 }
 
+// What is where the perturbations of a cluster add is found once for all of its copies that stand side by side.
+static void copied(Scene *s, const PlanLeaf *leaf, Bounds *box)
+{
+    for (uint32_t k = leaf->copies; k < leaf->copies + leaf->copy_count; k++) {
+        const PlanCopy *copy = &s->plan->copies[k];
+        const PlanCluster *cluster = &s->plan->clusters[copy->cluster];
+        double strength = s->values[copy->strength];
+        if (strength == 0) continue;
+        const Bounds *own = added_by(s, cluster->begin, cluster->count, strength < 0);
+        if (bounds_empty(own)) continue;
+        Bounds moved = framed(s->values + copy->matrix, own->low, own->high);
+        hull(box, &moved);
+    }
+}
+
 static Bounds thick_bounds(Scene *s, const PlanLeaf *leaf)
 {
     const double *patch = s->values + s->plan->patches[leaf->begin].box;
@@ -589,7 +607,8 @@ static Bounds leaf_bounds(Scene *s, const PlanLeaf *leaf)
     if (leaf->kind == LEAF_THICK) return thick_bounds(s, leaf);
     Bounds box = bounds_of_quadric(s->values + leaf->quadric);
     if (leaf->kind != LEAF_FREEFORM) return box;
-    hull(&box, added_by(s, leaf->begin, leaf->count));
+    hull(&box, added_by(s, leaf->begin, leaf->count, false));
+    copied(s, leaf, &box);
     lifted(s, leaf, &box);
     return box;
 }

@@ -583,6 +583,8 @@ const char *emit_kernel(Arena *arena, const Plan *plan, size_t *length)
     if (lifted) fputs("#define HAS_LIFTED\n", e.out);
     if (sheet) fputs("#define HAS_SHEET\n", e.out);
     if (thick) fputs("#define HAS_THICK\n", e.out);
+    if (plan->copy_count) // numbers of copies are doubles; a device without these has copies as it has any perturbations
+        fputs("#ifdef cl_khr_fp64\n#pragma OPENCL EXTENSION cl_khr_fp64 : enable\n#define HAS_COPIES\n#endif\n", e.out);
     if (shininess) fputs("#define INTEGER_SHININESS\n", e.out);
     emit_file(&e, "shared.h");
     if (field) emit_file(&e, "tape_shared.h");
@@ -591,6 +593,11 @@ const char *emit_kernel(Arena *arena, const Plan *plan, size_t *length)
     if (freeform) {
         emit_file(&e, "roots.cl");
         emit_file(&e, "freeform.cl");
+    }
+    if (plan->copy_count) {
+        fputs("#ifdef HAS_COPIES\n", e.out);
+        emit_file(&e, "copies.cl");
+        fputs("#endif\n", e.out);
     }
     if (field) { // fields look at a tile's list before its packets do
         emit_file(&e, "cull.cl");

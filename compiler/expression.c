@@ -133,17 +133,28 @@ IrId expression_of_base(Ir *ir, IrId base)
     return expression_substitute(ir, expression, coordinates);
 }
 
+static IrId plus_cube(Ir *ir, Span span, IrId sum, IrId perturbation)
+{
+    IrId q = expression_of_base(ir, ir_operand(ir, perturbation, 0));
+    q = ir_op2(ir, OP_ADD, span, q, ir_operand(ir, perturbation, 2));
+    IrId positive = ir_op2(ir, OP_MAX, span, q, ir_const(ir, 0));
+    IrId cube = times(ir, span, times(ir, span, positive, positive), positive);
+    return ir_op2(ir, OP_ADD, span, sum, times(ir, span, ir_operand(ir, perturbation, 1), cube));
+}
+
 IrId expression_perturbed(Ir *ir, const IrId *operands, uint32_t count)
 {
     if (count == 1) return operands[0];
     Span span = ir_at(ir, operands[0])->span;
     IrId sum = expression_of_base(ir, operands[0]);
     for (uint32_t k = 1; k < count; k++) {
-        IrId q = expression_of_base(ir, ir_operand(ir, operands[k], 0));
-        q = ir_op2(ir, OP_ADD, span, q, ir_operand(ir, operands[k], 2));
-        IrId positive = ir_op2(ir, OP_MAX, span, q, ir_const(ir, 0));
-        IrId cube = times(ir, span, times(ir, span, positive, positive), positive);
-        sum = ir_op2(ir, OP_ADD, span, sum, times(ir, span, ir_operand(ir, operands[k], 1), cube));
+        if (ir_at(ir, operands[k])->op != OP_COPY) {
+            sum = plus_cube(ir, span, sum, operands[k]);
+            continue;
+        }
+        uint32_t parts = leaf_copy_count(ir, operands[k]);
+        for (uint32_t part = 0; part < parts; part++)
+            sum = plus_cube(ir, span, sum, leaf_copy_part(ir, operands[k], part));
     }
     return ir_op1(ir, OP_FIELD, span, sum);
 }

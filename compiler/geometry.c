@@ -1,6 +1,7 @@
 #include "compiler/geometry.h"
 
 #include <math.h>
+#include <string.h>
 
 #include "compiler/bounds.h"
 #include "compiler/frame.h"
@@ -123,12 +124,19 @@ static bool moves(const Perturbations *p, Slot first, uint32_t count)
     return false;
 }
 
+// What is perturbed, seen from where the perturbations are.
+typedef struct Perturbed {
+    double f[10];
+    bool moves;
+    uint32_t begin, count; // perturbations
+} Perturbed;
+
 // Another one that reaches into the support might bring the surface there.
-static bool is_alone(Perturbations *p, const PlanLeaf *leaf, uint32_t index)
+static bool is_alone(Perturbations *p, const Perturbed *of, uint32_t index)
 {
     Bounds support = bounds_of_quadric(p->values + p->plan->perturbations[index].quadric);
-    p->work -= leaf->count;
-    for (uint32_t k = leaf->begin; k < leaf->begin + leaf->count; k++) {
+    p->work -= of->count;
+    for (uint32_t k = of->begin; k < of->begin + of->count; k++) {
         const PlanPerturbation *other = &p->plan->perturbations[k];
         if (k == index) continue;
         Bounds box = bounds_of_quadric(p->values + other->quadric);
@@ -137,16 +145,32 @@ static bool is_alone(Perturbations *p, const PlanLeaf *leaf, uint32_t index)
     return true;
 }
 
-static bool is_useful(Perturbations *p, const PlanLeaf *leaf, uint32_t index, bool thorough)
+static bool is_useful(Perturbations *p, const Perturbed *of, uint32_t index, bool thorough)
 {
     const PlanPerturbation *perturbation = &p->plan->perturbations[index];
-    const double *f = p->values + leaf->quadric, *q = p->values + perturbation->quadric;
+    const double *q = p->values + perturbation->quadric;
     p->work -= thorough ? THOROUGH_WORK : 1;
     if (p->work < 0) return true;
-    if (thorough) return !misses(f, q, p->values[perturbation->strength]) || !is_alone(p, leaf, index);
-    bool moving =
-        moves(p, leaf->quadric, 10) || moves(p, perturbation->quadric, 10) || moves(p, perturbation->strength, 1);
-    return moving || plainly_useful(f, q);
+    if (thorough) return !misses(of->f, q, p->values[perturbation->strength]) || !is_alone(p, of, index);
+    bool moving = of->moves || moves(p, perturbation->quadric, 10) || moves(p, perturbation->strength, 1);
+    return moving || plainly_useful(of->f, q);
+}
+
+static void look_at(Perturbations *p, const Perturbed *of, bool thorough)
+{
+    for (uint32_t n = of->begin; n < of->begin + of->count; n++) {
+        bool *useful = &p->useful[p->place_of[n]];
+        if (!*useful) *useful = is_useful(p, of, n, thorough);
+    }
+}
+
+static void look_at_copy(Perturbations *p, const PlanLeaf *leaf, const PlanCopy *copy, bool thorough)
+{
+    const PlanCluster *cluster = &p->plan->clusters[copy->cluster];
+    Perturbed of = {.begin = cluster->begin, .count = cluster->count};
+    of.moves = moves(p, leaf->quadric, 10) || moves(p, copy->matrix, 12) || moves(p, copy->strength, 1);
+    if (!quadric_transform(p->values + leaf->quadric, p->values + copy->matrix, of.f)) of.moves = true;
+    look_at(p, &of, thorough);
 }
 
 static void look_at_perturbations(Perturbations *p, bool thorough)
@@ -154,10 +178,11 @@ static void look_at_perturbations(Perturbations *p, bool thorough)
     for (uint32_t k = 0; k < p->plan->leaf_count; k++) {
         const PlanLeaf *leaf = &p->plan->leaves[k];
         if (leaf->kind != LEAF_FREEFORM) continue;
-        for (uint32_t n = leaf->begin; n < leaf->begin + leaf->count; n++) {
-            bool *useful = &p->useful[p->place_of[n]];
-            if (!*useful) *useful = is_useful(p, leaf, n, thorough);
-        }
+        Perturbed own = {.moves = moves(p, leaf->quadric, 10), .begin = leaf->begin, .count = leaf->count};
+        memcpy(own.f, p->values + leaf->quadric, sizeof own.f);
+        look_at(p, &own, thorough);
+        for (uint32_t n = leaf->copies; n < leaf->copies + leaf->copy_count; n++)
+            look_at_copy(p, leaf, &p->plan->copies[n], thorough);
     }
 }
 
@@ -195,6 +220,9 @@ static bool nothing_moves(const Plan *plan, Arena *scratch)
         for (uint32_t q = 0; q < 10; q++) {
             if (computed[leaf->quadric + q]) return false;
         }
+    }
+    for (uint32_t k = 0; k < plan->copy_count; k++) {
+        if (computed[plan->copies[k].strength] || computed[plan->copies[k].matrix]) return false;
     }
     for (uint32_t k = 0; k < plan->perturbation_count; k++) {
         const PlanPerturbation *p = &plan->perturbations[k];

@@ -1,5 +1,8 @@
 #include "compiler/leaf.h"
 
+#include "compiler/eval.h"
+#include "compiler/quadric.h"
+
 const double leaf_default_material[LEAF_MATERIAL_PARTS] = {0.8, 0.8, 0.8, 0.1, 0.8, 0.2, 30, 0, 0, 1.5, 0};
 IrId leaf_function(const Ir *ir, IrId base, IrId *matrix)
 {
@@ -123,8 +126,30 @@ static IrId with_strength(Ir *ir, IrId perturbation, IrId strength)
         for (uint32_t k = 0; k < 5; k++) operands[k] = k == 1 ? strength : ir_operand(ir, perturbation, k);
         return ir_node(ir, OP_LIFT, ir_at(ir, perturbation)->span, operands, 5);
     }
-    IrId q = ir_operand(ir, perturbation, 0), grow = ir_operand(ir, perturbation, 2);
-    return ir_op3(ir, OP_PERTURB, ir_at(ir, perturbation)->span, q, strength, grow);
+    IrOp op = (IrOp)ir_at(ir, perturbation)->op; // PERTURB, COPY
+    IrId first = ir_operand(ir, perturbation, 0), last = ir_operand(ir, perturbation, 2);
+    return ir_op3(ir, op, ir_at(ir, perturbation)->span, first, strength, last);
+}
+
+uint32_t leaf_copy_count(const Ir *ir, IrId copy)
+{
+    return ir_at(ir, ir_operand(ir, copy, 0))->count;
+}
+
+IrId leaf_copy_part(Ir *ir, IrId copy, uint32_t k)
+{
+    IrId part = ir_operand(ir, ir_operand(ir, copy, 0), k), matrix = ir_operand(ir, copy, 2);
+    Span span = ir_at(ir, part)->span;
+    IrId base = ir_operand(ir, part, 0), inner, function = leaf_function(ir, base, &inner);
+    double q[10], m[12], inverse[12];
+    bool known = !inner && leaf_const_quadric(ir, function, q) && ir_const_matrix(ir, matrix, m) &&
+                 matrix_inverse(m, inverse) && quadric_transform(q, inverse, q);
+    if (known)
+        base = leaf_quadric(ir, span, q);
+    else
+        base = ir_op2(ir, OP_TRANSFORM, span, function, inner ? ir_op2(ir, OP_COMPOSE, span, matrix, inner) : matrix);
+    IrId strength = ir_op2(ir, OP_MUL, span, ir_operand(ir, part, 1), ir_operand(ir, copy, 1));
+    return ir_op3(ir, OP_PERTURB, span, base, strength, ir_operand(ir, part, 2));
 }
 
 static IrId negated_perturbation(Ir *ir, IrId perturbation, IrId argument)

@@ -26,6 +26,10 @@ IrId leaf_function(const Ir *ir, IrId base, IrId *matrix);
 IrId leaf_negate_base(Ir *ir, IrId base);
 IrId leaf_grow_base(Ir *ir, IrId base, IrId grow); // F + grow
 IrId leaf_negate_perturbation(Ir *ir, IrId perturbation);
+// Perturbation k of the COPY of a cluster as one in the coordinates outside.
+uint32_t leaf_copy_count(const Ir *ir, IrId copy);
+IrId leaf_copy_part(Ir *ir, IrId copy, uint32_t k);
+
 IrId leaf_negate(Ir *ir, IrId leaf); // a core or a thick patch
 
 // COMPLEMENT(SHOW(COMPLEMENT(core), condition)): the core where the condition holds, else all of space.

@@ -36,8 +36,9 @@ typedef struct Lowering {
     uint32_t group_capacity, component_capacity, leaf_capacity, perturbation_capacity, material_capacity,
         object_capacity;
     uint32_t tape_capacity, tape_step_capacity;
-    Slot identity; // + 1, once a field without a map has wanted it
-    uint32_t leaf_span_capacity, perturbation_span_capacity, lift_capacity;
+    bool *clustered; // of a cluster whether its values are needed
+    Slot identity;   // + 1, once a field without a map has wanted it
+    uint32_t leaf_span_capacity, perturbation_span_capacity, lift_capacity, copy_capacity, cluster_capacity;
 } Lowering;
 
 // --- what is there more than once
@@ -166,6 +167,26 @@ static void need_number(void *context, IrId scalar)
     values_need_checked(context, scalar);
 }
 
+static void need_perturbation(Lowering *l, IrId perturbation)
+{
+    values_need_checked(&l->values, ir_operand(l->ir, perturbation, 1));
+    switch ((IrOp)ir_at(l->ir, perturbation)->op) {
+    case OP_LIFT:
+        values_need(&l->values, ir_operand(l->ir, perturbation, 2));
+        for (uint32_t cap = 3; cap < 5; cap++) values_need_checked(&l->values, ir_operand(l->ir, perturbation, cap));
+        return;
+    case OP_COPY: {
+        IrId cluster = ir_operand(l->ir, perturbation, 0);
+        values_need(&l->values, ir_operand(l->ir, perturbation, 2));
+        if (l->clustered[cluster]) return;
+        l->clustered[cluster] = true;
+        for (uint32_t k = 0; k < ir_at(l->ir, cluster)->count; k++) need_perturbation(l, ir_operand(l->ir, cluster, k));
+        return;
+    }
+    default: values_need(&l->values, ir_operand(l->ir, perturbation, 0));
+    }
+}
+
 static void need_leaf(Lowering *l, IrId id)
 {
     LeafParts parts = leaf_parts(l->ir, id);
@@ -185,23 +206,15 @@ static void need_leaf(Lowering *l, IrId id)
         return;
     }
     values_need(&l->values, parts.base);
-    for (uint32_t k = 1; parts.core != parts.base && k < ir_at(l->ir, parts.core)->count; k++) {
-        IrId perturbation = ir_operand(l->ir, parts.core, k);
-        values_need_checked(&l->values, ir_operand(l->ir, perturbation, 1));
-        if (ir_at(l->ir, perturbation)->op == OP_LIFT) {
-            values_need(&l->values, ir_operand(l->ir, perturbation, 2));
-            for (uint32_t cap = 3; cap < 5; cap++)
-                values_need_checked(&l->values, ir_operand(l->ir, perturbation, cap));
-        } else {
-            values_need(&l->values, ir_operand(l->ir, perturbation, 0));
-        }
-    }
+    for (uint32_t k = 1; parts.core != parts.base && k < ir_at(l->ir, parts.core)->count; k++)
+        need_perturbation(l, ir_operand(l->ir, parts.core, k));
 }
 
 static void make_values(Lowering *l)
 {
     const Ir *ir = l->ir;
     Plan *plan = l->plan;
+    l->clustered = arena_array(l->scratch, bool, ir->count);
     plan->time = values_constants(&l->values, (const double[]){0}, 1);
     plan->frame = values_constants(&l->values, (const double[]){0}, 1);
     plan->inputs = plan->slot_count;
@@ -228,6 +241,51 @@ static void note_span(Lowering *l, Span **spans, uint32_t index, uint32_t *capac
     (*spans)[index] = ir_at(l->ir, id)->span;
 }
 
+static void add_perturbation(Lowering *l, IrId perturbation)
+{
+    Plan *plan = l->plan;
+    Slot quadric = values_slot(&l->values, ir_operand(l->ir, perturbation, 0));
+    Slot strength = values_checked_slot(&l->values, ir_operand(l->ir, perturbation, 1));
+    plan->perturbations = array_room(l->arena, plan->perturbations, plan->perturbation_count, &l->perturbation_capacity,
+                                     sizeof *plan->perturbations);
+    if (l->origins)
+        note_span(l, &l->origins->perturbations, plan->perturbation_count, &l->perturbation_span_capacity,
+                  perturbation);
+    plan->perturbations[plan->perturbation_count++] = (PlanPerturbation){quadric, strength};
+}
+
+static uint32_t cluster_of(Lowering *l, IrId cluster)
+{
+    Plan *plan = l->plan;
+    uint32_t *index = &l->indices[cluster];
+    if (*index) return *index - 1;
+    uint32_t begin = plan->perturbation_count, count = ir_at(l->ir, cluster)->count;
+    for (uint32_t k = 0; k < count; k++) add_perturbation(l, ir_operand(l->ir, cluster, k));
+    plan->clusters =
+        array_room(l->arena, plan->clusters, plan->cluster_count, &l->cluster_capacity, sizeof *plan->clusters);
+    plan->clusters[plan->cluster_count++] = (PlanCluster){begin, count};
+    *index = plan->cluster_count;
+    return *index - 1;
+}
+
+// The copies of clusters in a free form; `count` is how many perturbations are none.
+static void take_copies(Lowering *l, IrId freeform, PlanLeaf *leaf)
+{
+    Plan *plan = l->plan;
+    leaf->copies = plan->copy_count;
+    for (uint32_t k = 1; k < ir_at(l->ir, freeform)->count; k++) {
+        IrId id = ir_operand(l->ir, freeform, k);
+        if (ir_at(l->ir, id)->op != OP_COPY) continue;
+        uint32_t cluster = cluster_of(l, ir_operand(l->ir, id, 0));
+        plan->copies = array_room(l->arena, plan->copies, plan->copy_count, &l->copy_capacity, sizeof *plan->copies);
+        plan->copies[plan->copy_count++] =
+            (PlanCopy){cluster, values_checked_slot(&l->values, ir_operand(l->ir, id, 1)),
+                       values_slot(&l->values, ir_operand(l->ir, id, 2))};
+        leaf->copy_count++;
+        leaf->count--;
+    }
+}
+
 // Where the perturbations of a free form begin. Free forms with the same ones, as the parts of a deformed object,
 // share them.
 static uint32_t perturbations_of(Lowering *l, IrId freeform)
@@ -243,16 +301,7 @@ static uint32_t perturbations_of(Lowering *l, IrId freeform)
     uint32_t begin = plan->perturbation_count;
     for (uint32_t k = 1; k < ir_at(l->ir, freeform)->count; k++) {
         IrId perturbation = ir_operand(l->ir, freeform, k);
-        if (ir_at(l->ir, perturbation)->op == OP_LIFT) continue;
-        Slot quadric = values_slot(&l->values, ir_operand(l->ir, perturbation, 0));
-        Slot strength = values_checked_slot(&l->values, ir_operand(l->ir, perturbation, 1));
-        plan->perturbations = array_room(l->arena, plan->perturbations, plan->perturbation_count,
-                                         &l->perturbation_capacity, sizeof *plan->perturbations);
-        if (l->origins) {
-            note_span(l, &l->origins->perturbations, plan->perturbation_count, &l->perturbation_span_capacity,
-                      perturbation);
-        }
-        plan->perturbations[plan->perturbation_count++] = (PlanPerturbation){quadric, strength};
+        if (ir_at(l->ir, perturbation)->op == OP_PERTURB) add_perturbation(l, perturbation);
     }
     *index = begin + 1;
     return begin;
@@ -363,6 +412,7 @@ static PlanLeaf scene_leaf(Lowering *l, IrId id)
         leaf.begin = perturbations_of(l, parts.core);
         leaf.count = ir_at(l->ir, parts.core)->count - 1;
         take_lifts(l, parts.core, &leaf);
+        take_copies(l, parts.core, &leaf);
     }
     if (parts.shown) leaf.shown = values_checked_slot(&l->values, parts.shown);
     if (parts.name) leaf.object = l->indices[parts.name] - 1;

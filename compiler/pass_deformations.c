@@ -94,6 +94,21 @@ static void join_levels(Walk *walk)
     d->count = kept;
 }
 
+// What a patch lifts has perturbations of its own alone.
+static void spread_copies(Walk *walk)
+{
+    Deformations *d = walk->pass;
+    bool lifted = false;
+    for (uint32_t k = 1; k < d->count; k++) lifted |= ir_at(walk->ir, d->operands[k])->op == OP_LIFT;
+    for (uint32_t k = 1; lifted && k < d->count; k++) {
+        IrId copy = d->operands[k];
+        if (ir_at(walk->ir, copy)->op != OP_COPY) continue;
+        uint32_t count = leaf_copy_count(walk->ir, copy);
+        d->operands[k] = leaf_copy_part(walk->ir, copy, 0);
+        for (uint32_t part = 1; part < count; part++) add_operand(walk, leaf_copy_part(walk->ir, copy, part));
+    }
+}
+
 static IrId deformed(Walk *walk, IrId base, uint32_t context)
 {
     Deformations *d = walk->pass;
@@ -110,6 +125,7 @@ static IrId deformed(Walk *walk, IrId base, uint32_t context)
         context = list.a;
     }
     join_levels(walk);
+    spread_copies(walk);
     IrId matrix;
     if (ir_at(walk->ir, leaf_function(walk->ir, base, &matrix))->op == OP_FIELD)
         return expression_perturbed(walk->ir, d->operands, d->count);

@@ -151,10 +151,10 @@ static bool has_perturbation(const Ir *ir, IrId core, IrId perturbation)
 static IrId weighted(Morphs *m, IrId perturbation, IrId weight)
 {
     Ir *ir = m->ir;
-    Span span = ir_at(ir, perturbation)->span;
-    IrId q = ir_operand(ir, perturbation, 0), s = ir_operand(ir, perturbation, 1),
-         grow = ir_operand(ir, perturbation, 2);
-    return ir_op3(ir, OP_PERTURB, span, q, ir_op2(ir, OP_MUL, m->span, s, weight), grow);
+    IrNode node = *ir_at(ir, perturbation); // PERTURB, COPY
+    IrId first = ir_operand(ir, perturbation, 0), s = ir_operand(ir, perturbation, 1),
+         last = ir_operand(ir, perturbation, 2);
+    return ir_op3(ir, (IrOp)node.op, node.span, first, ir_op2(ir, OP_MUL, m->span, s, weight), last);
 }
 
 static bool is_general(const Ir *ir, IrId core)

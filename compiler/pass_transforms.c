@@ -21,10 +21,18 @@ typedef struct Map {
     double inner[12];
 } Map;
 
+// Copies that make fewer perturbations than this more than there are of one are folded one by one: nothing is faster for a
+// ray. More of them are a cluster, which is there once, with a map and a record or two for each copy (runtime/view.h).
+enum { SHARED_LEAST = 4096 };
+
+typedef enum Sharing { SHARING_UNKNOWN, SHARING_NONE, SHARING_CLUSTER } Sharing;
+
 typedef struct Transforms {
     Pairs contexts;
     Map *maps; // by context; 0 is the identity
     uint32_t map_capacity;
+    uint8_t *sharing; // of each node that was there, Sharing
+    IrId *clusters;   // of those that share
 } Transforms;
 
 static IrId whole(Ir *ir, Span span, const Map *map)
@@ -57,9 +65,36 @@ static uint32_t below(Walk *walk, uint32_t context, IrId matrix)
     return index;
 }
 
+// Whether the perturbations of a free form or deformation, which is reached in all the contexts that it will be, are a cluster.
+static bool is_shared(Walk *walk, IrId id)
+{
+    Transforms *t = walk->pass;
+    const Ir *ir = walk->ir;
+    IrOp op = (IrOp)ir_at(ir, id)->op;
+    if (op != OP_FREEFORM && op != OP_DEFORM) return false;
+    if (t->sharing[id] == SHARING_UNKNOWN) {
+        uint64_t uses = 0, parts = ir_at(ir, id)->count - 1;
+        for (uint32_t visit = walk->heads[id]; visit; visit = walk->visits[visit].next) uses++;
+        bool shared = uses > 1 && parts > 1 && (uses - 1) * parts >= SHARED_LEAST;
+        for (uint32_t k = 1; k <= parts && shared; k++) {
+            IrId part = ir_operand(ir, id, k);
+            while (ir_at(ir, part)->op == OP_PTRANSFORM) part = ir_operand(ir, part, 0);
+            shared = ir_at(ir, part)->op == OP_PERTURB;
+        }
+        t->sharing[id] = shared ? SHARING_CLUSTER : SHARING_NONE;
+    }
+    return t->sharing[id] == SHARING_CLUSTER;
+}
+
 static void down(Walk *walk, IrId id, uint32_t context)
 {
     IrOp op = ir_at(walk->ir, id)->op;
+    if (is_shared(walk, id)) {
+        walk_reach(walk, ir_operand(walk->ir, id, 0), context);
+        for (uint32_t k = 1; k < ir_at(walk->ir, id)->count; k++) walk_reach(walk, ir_operand(walk->ir, id, k), 0);
+        return;
+    }
+    if (op == OP_COPY) return; // made before: only its map changes
     if (op == OP_TRANSFORM || op == OP_PTRANSFORM) context = below(walk, context, ir_operand(walk->ir, id, 1));
     walk_reach_operands(walk, id, context);
 }
@@ -110,6 +145,14 @@ static IrId lift(Ir *ir, IrId id, const Map *map)
     return ir_node(ir, OP_LIFT, span, operands, 5);
 }
 
+static IrId copy(Ir *ir, IrId id, const Map *map)
+{
+    if (!map->outer && !map->has_inner) return id;
+    Span span = ir_at(ir, id)->span;
+    IrId matrix = ir_op2(ir, OP_COMPOSE, span, whole(ir, span, map), ir_operand(ir, id, 2));
+    return ir_op3(ir, OP_COPY, span, ir_operand(ir, id, 0), ir_operand(ir, id, 1), matrix);
+}
+
 static IrId sheet(Ir *ir, IrId id, const Map *map)
 {
     if (!map->outer && !map->has_inner) return id;
@@ -117,9 +160,30 @@ static IrId sheet(Ir *ir, IrId id, const Map *map)
     return ir_op2(ir, OP_TRANSFORM, span, id, whole(ir, span, map));
 }
 
+// The object in the context, and the cluster that all contexts share moved there.
+static IrId with_copy(Walk *walk, IrId id, uint32_t context)
+{
+    static const double same[12] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
+    Transforms *t = walk->pass;
+    Ir *ir = walk->ir;
+    Span span = ir_at(ir, id)->span;
+    IrOp op = (IrOp)ir_at(ir, id)->op;
+    uint32_t count = ir_at(ir, id)->count - 1;
+    if (!t->clusters[id]) {
+        IrId *parts = arena_array(walk->scratch, IrId, count);
+        for (uint32_t k = 0; k < count; k++) parts[k] = walk_result(walk, ir_operand(ir, id, 1 + k), 0);
+        t->clusters[id] = ir_node(ir, OP_CLUSTER, span, parts, count);
+    }
+    const Map *map = &t->maps[context];
+    IrId matrix = map->outer || map->has_inner ? whole(ir, span, map) : ir_matrix(ir, span, same);
+    IrId copy = ir_op3(ir, OP_COPY, span, t->clusters[id], ir_const(ir, 1), matrix);
+    return ir_op2(ir, op, span, walk_result(walk, ir_operand(ir, id, 0), context), copy);
+}
+
 static IrId up(Walk *walk, IrId id, uint32_t context)
 {
     Transforms *t = walk->pass;
+    if (is_shared(walk, id)) return with_copy(walk, id, context);
     switch ((IrOp)ir_at(walk->ir, id)->op) {
     case OP_TRANSFORM:
     case OP_PTRANSFORM:
@@ -129,6 +193,7 @@ static IrId up(Walk *walk, IrId id, uint32_t context)
     case OP_PERTURB: return perturbation(walk, id, context);
     case OP_THICKEN:
     case OP_SHEET: return sheet(walk->ir, id, &t->maps[context]);
+    case OP_COPY: return copy(walk->ir, id, &t->maps[context]);
     case OP_LIFT: return lift(walk->ir, id, &t->maps[context]);
     default: return walk_rebuild(walk, id, context);
     }
@@ -136,7 +201,9 @@ static IrId up(Walk *walk, IrId id, uint32_t context)
 
 bool pass_transforms(Ir *ir, Arena *scratch)
 {
-    Transforms t = {.contexts = pairs_new(scratch)};
+    Transforms t = {.contexts = pairs_new(scratch),
+                    .sharing = arena_array(scratch, uint8_t, ir->root + 1),
+                    .clusters = arena_array(scratch, IrId, ir->root + 1)};
     t.maps = array_room(scratch, NULL, 0, &t.map_capacity, sizeof *t.maps);
     Walk walk = {.ir = ir, .scratch = scratch, .pass = &t};
     IrId root = walk_run(&walk, ir->root, 0, down, up);

@@ -6,7 +6,8 @@
 //     polynomials   fields that are polynomials of degree 2 at most are quadrics.
 //     transforms    maps are at the quadrics. Those with const coefficients and const maps are folded into
 //                   coefficients; what moves stays TRANSFORM(QUADRIC), computed once a frame. General fields stay in
-//                   their own coordinates, TRANSFORM(FIELD). `grow` of perturbations is in their free term.
+//                   their own coordinates, TRANSFORM(FIELD). `grow` of perturbations is in their free term. The
+//                   perturbations of a branch that is used very often are a CLUSTER, which all its COPYs share.
 //     deformations  perturbations are at the quadrics, since min(F, G) + R = min(F + R, G + R) and
 //                   -F + R = -(F - R): a subtracted leaf gets -R. Free forms of free forms are one free form. What
 //                   perturbs a general field becomes part of its expression.

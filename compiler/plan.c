@@ -17,6 +17,17 @@ static double field_leaf_at(const Plan *plan, const double *values, const PlanLe
     return isnan(f) ? -INFINITY : f; // what is undefined is outside
 }
 
+static double perturbed(const Plan *plan, const double *values, uint32_t begin, uint32_t count, const double point[3])
+{
+    double sum = 0;
+    for (uint32_t k = begin; k < begin + count; k++) {
+        const PlanPerturbation *perturbation = &plan->perturbations[k];
+        double q = quadric_at(values + perturbation->quadric, point);
+        if (q > 0) sum += values[perturbation->strength] * q * q * q;
+    }
+    return sum;
+}
+
 double plan_leaf_field(const Plan *plan, const double *values, const PlanLeaf *leaf, const double point[3])
 {
     if (leaf->shown != NO_SLOT && values[leaf->shown] == 0) return -INFINITY;
@@ -24,10 +35,14 @@ double plan_leaf_field(const Plan *plan, const double *values, const PlanLeaf *l
     if (leaf->kind == LEAF_SHEET || leaf->kind == LEAF_THICK) return -INFINITY;
     double f = quadric_at(values + leaf->quadric, point);
     if (leaf->kind != LEAF_FREEFORM) return f;
-    for (uint32_t k = leaf->begin; k < leaf->begin + leaf->count; k++) {
-        const PlanPerturbation *perturbation = &plan->perturbations[k];
-        double q = quadric_at(values + perturbation->quadric, point);
-        if (q > 0) f += values[perturbation->strength] * q * q * q;
+    f += perturbed(plan, values, leaf->begin, leaf->count, point);
+    for (uint32_t k = leaf->copies; k < leaf->copies + leaf->copy_count; k++) {
+        const PlanCopy *copy = &plan->copies[k];
+        const PlanCluster *cluster = &plan->clusters[copy->cluster];
+        double inverse[12], local[3];
+        if (!matrix_inverse(values + copy->matrix, inverse)) continue;
+        matrix_point(inverse, point, local);
+        f += values[copy->strength] * perturbed(plan, values, cluster->begin, cluster->count, local);
     }
     return f;
 }

@@ -15,7 +15,7 @@
 //   leaf       a quadric; a free form (a quadric and perturbations); a general field (a tape); or again a group
 //
 // F(component) = the shape's min/max of F(leaf); F(free form) = base + sum of strength * max(Q, 0)^3. World
-// coordinates throughout. Leaves are in the order in which the scene says them within a component; `order` orders all
+// coordinates throughout, but in clusters: a free form that a scene uses often has its perturbations in one, once. Leaves are in the order in which the scene says them within a component; `order` orders all
 // leaves of the scene: where two decide equally, the lower order gives normal and paint.
 //
 // Components of a group are sorted by shape. Groups nest by structure, never in a circle; group types are numbered
@@ -43,6 +43,17 @@ typedef struct PlanPerturbation {
     Slot strength; // one slot
 } PlanPerturbation;
 
+// Perturbations that stand together, in coordinates of their own, and where they are once more.
+typedef struct PlanCluster {
+    uint32_t begin, count; // perturbations
+} PlanCluster;
+
+typedef struct PlanCopy {
+    uint32_t cluster;
+    Slot strength; // times those of the cluster
+    Slot matrix;   // twelve slots: from the cluster's coordinates to the world
+} PlanCopy;
+
 typedef struct PlanTape { // an expression: steps in Plan.tape_steps whose numbers are slots
     uint32_t first, count;
 } PlanTape;
@@ -66,10 +77,11 @@ typedef struct PlanLeaf {
     uint32_t material; // index into materials (LEAF_GROUP: unused)
     uint32_t
         object; // index into objects: the outermost name above the leaf, so of `object car = body | wheels` it is car
-    uint32_t order;             // rank among all leaves as the scene says them
-    Slot shown;                 // one slot: 0 hides the leaf (F = -infinity); NO_SLOT: always shown
-    uint32_t lifts, lift_count; // LEAF_FREEFORM: with any, it is a SHAPE_LIFTED
-    Slot thickness, side;       // LEAF_THICK: a slot each, as OP_THICKEN
+    uint32_t order;              // rank among all leaves as the scene says them
+    Slot shown;                  // one slot: 0 hides the leaf (F = -infinity); NO_SLOT: always shown
+    uint32_t lifts, lift_count;  // LEAF_FREEFORM: with any, it is a SHAPE_LIFTED
+    Slot thickness, side;        // LEAF_THICK: a slot each, as OP_THICKEN
+    uint32_t copies, copy_count; // LEAF_FREEFORM without lifts: what clusters add to it
 } PlanLeaf;
 #define NO_SLOT UINT32_MAX
 
@@ -212,6 +224,10 @@ typedef struct Plan {
     uint32_t leaf_count;
     PlanPerturbation *perturbations;
     uint32_t perturbation_count;
+    PlanCluster *clusters;
+    uint32_t cluster_count;
+    PlanCopy *copies;
+    uint32_t copy_count;
     PlanTape *tapes;
     uint32_t tape_count;
     TapeStep *tape_steps; // of all tapes

@@ -3,6 +3,8 @@
 #include <math.h>
 #include <string.h>
 
+#include "compiler/eval.h"
+#include "compiler/quadric.h"
 #include "compiler/tape.h"
 
 typedef struct Section {
@@ -119,16 +121,31 @@ static uint32_t conic_number(Section *s, const double q[10])
     return first ? sum : add(s, sum, value(s, c.g));
 }
 
-static uint32_t freeform_number(Section *s, const PlanLeaf *leaf)
+// strength * max(Q, 0)^3
+static uint32_t cube_number(Section *s, const double q[10], double strength)
 {
     Formula *f = s->f;
+    uint32_t positive = formula_op2(f, TAPE_MAX, conic_number(s, q), value(s, 0));
+    return times(s, strength, formula_op2(f, TAPE_MUL, formula_op1(f, TAPE_SQUARE, positive), positive));
+}
+
+static uint32_t freeform_number(Section *s, const PlanLeaf *leaf)
+{
     uint32_t sum = conic_number(s, s->values + leaf->quadric);
     for (uint32_t k = leaf->begin; k < leaf->begin + leaf->count; k++) {
-        const PlanPerturbation *perturbation = &s->plan->perturbations[k];
-        uint32_t q = conic_number(s, s->values + perturbation->quadric);
-        q = formula_op2(f, TAPE_MAX, q, value(s, 0));
-        uint32_t cube = formula_op2(f, TAPE_MUL, formula_op1(f, TAPE_SQUARE, q), q);
-        sum = add(s, sum, times(s, s->values[perturbation->strength], cube));
+        const PlanPerturbation *p = &s->plan->perturbations[k];
+        sum = add(s, sum, cube_number(s, s->values + p->quadric, s->values[p->strength]));
+    }
+    for (uint32_t k = leaf->copies; k < leaf->copies + leaf->copy_count; k++) {
+        const PlanCopy *copy = &s->plan->copies[k];
+        const PlanCluster *cluster = &s->plan->clusters[copy->cluster];
+        double inverse[12], q[10];
+        if (!matrix_inverse(s->values + copy->matrix, inverse)) continue;
+        for (uint32_t n = cluster->begin; n < cluster->begin + cluster->count; n++) {
+            const PlanPerturbation *p = &s->plan->perturbations[n];
+            if (!quadric_transform(s->values + p->quadric, inverse, q)) continue;
+            sum = add(s, sum, cube_number(s, q, s->values[p->strength] * s->values[copy->strength]));
+        }
     }
     return sum;
 }

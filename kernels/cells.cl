@@ -322,6 +322,9 @@ static void region_fields_make(const Ray *ray, __global const FrameConstants *fr
     FieldMemory memory = field_memory(scratch, frame, (__global TapeStep *)(region + REGION_HEAD + frame->region_fields * REGION_FIELD));
     uint count = 0;
     for (uint k = 0; k < list.count; k++) {
+#ifdef HAS_COPIES
+        if (list.ids[k] >= ray->copied) continue;
+#endif
         uint id = list.ids[k], after = ray->nodes[id].after; // 0: a perturbation
         for (uint leaf = id; leaf < after && count < frame->region_fields; leaf = ray->nodes[leaf].end) {
             __global const FieldRecord *r = (__global const FieldRecord *)(ray->records + leaf);

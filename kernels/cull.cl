@@ -2,20 +2,24 @@
 // list. Lists are ascending, so the contents of groups and free forms stand together. A tile whose list would be longer than
 // there is room for says how long and renders nothing: the host makes room and runs it again.
 
-typedef struct Rect { // of U, V, and how far w goes
-    float u_low, u_high, v_low, v_high, w_high;
-} Rect;
-
 // Of all items of a view, of blocks of them, or of what a tile chose.
 typedef struct List {
     __global const uint *ids;
     __global const float *boxes; // BOX_ARRAYS arrays of `stride` floats, as the ids
     uint stride, count;
+#ifdef HAS_COPIES
+    Copies copies; // of all items
+#endif
 } List;
 
 // Room for lists: ids, their boxes, a packet's ids; `capacity` of each.
 #define SHORT_LIST 4  // of a tile, that packets take as it is
-#define LONG_LIST 512 // of what may shadow a tile, that packets do not go through: what each ray of theirs meets they choose from all items by blocks
+#ifdef HAS_COPIES // whose parts would be folded again for each packet
+#define LONG_LIST 4096
+#else
+#define LONG_LIST 512
+#endif
+//                    of what may shadow a tile, that packets do not go through: what each ray of theirs meets they choose from all items by blocks
 
 #define SLOT_PACKET(slot, capacity) ((slot) + (1 + BOX_ARRAYS) * (capacity))
 
@@ -55,7 +59,7 @@ static uint lowest_bit(uint bits)
 static List blocks_of(List of)
 {
     uint count = BLOCKS_OF(of.count);
-    return (List){of.ids, of.boxes + BOX_ARRAYS * of.stride, STRIDE_OF(count), count};
+    return (List){.ids = of.ids, .boxes = of.boxes + BOX_ARRAYS * of.stride, .stride = STRIDE_OF(count), .count = count};
 }
 
 // Fills the slot with what of `all` meets the rectangle; returns how many there are, which may be more than fit. Blocks are asked first: that
@@ -72,6 +76,10 @@ static uint list_fill(List all, const Rect *rect, __global uint *slot, uint capa
                 for (uint bits = boxes_meet(all, i, rect); bits; bits &= bits - 1u) {
                     if (count < capacity) list_append(all, i + lowest_bit(bits), slot, capacity, count);
                     count++;
+#ifdef HAS_COPIES
+                    uint id = all.ids[i + lowest_bit(bits)];
+                    if (IS_HEADER(all.copies, id)) count = copy_append(&all.copies, id, rect, slot, (__global float *)(slot + capacity), capacity, count);
+#endif
                 }
             }
         }
@@ -116,8 +124,12 @@ static NOINLINE __global const uint *list_of_rays(List all, const Rect *rect, FL
             for (uint c = boxes_meet_lanes(blocks, block * ITEM_STEP, lanes, &u, &v, &w); c; c &= c - 1u) {
                 uint i = (block * ITEM_STEP + lowest_bit(c)) * ITEM_STEP;
                 for (uint bits = boxes_meet_lanes(all, i, lanes, &u, &v, &w); bits; bits &= bits - 1u) {
-                    if (n < capacity) ids[n] = all.ids[i + lowest_bit(bits)];
+                    uint id = all.ids[i + lowest_bit(bits)];
+                    if (n < capacity) ids[n] = id;
                     n++;
+#ifdef HAS_COPIES
+                    if (IS_HEADER(all.copies, id)) n = copy_append(&all.copies, id, rect, ids, 0, capacity, n);
+#endif
                 }
             }
         }
@@ -150,7 +162,13 @@ static uint list_fill(List all, const Rect *rect, __global uint *slot, uint capa
     uint length = (all.count + lanes - 1) / lanes;
     uint begin = min(lane * length, all.count), end = min(begin + length, all.count);
     uint mine = 0;
-    for (uint i = begin; i < end; i++) mine += box_meets(all.boxes, all.stride, i, rect) ? 1 : 0;
+    for (uint i = begin; i < end; i++) {
+        if (!box_meets(all.boxes, all.stride, i, rect)) continue;
+        mine++;
+#ifdef HAS_COPIES
+        if (IS_HEADER(all.copies, all.ids[i])) mine += copy_count(&all.copies, all.ids[i], rect);
+#endif
+    }
     shared[lane] = mine;
     BARRIER;
     uint at = 0, total = 0;
@@ -162,6 +180,9 @@ static uint list_fill(List all, const Rect *rect, __global uint *slot, uint capa
         if (!box_meets(all.boxes, all.stride, i, rect)) continue;
         if (at < capacity) list_append(all, i, slot, capacity, at);
         at++;
+#ifdef HAS_COPIES
+        if (IS_HEADER(all.copies, all.ids[i])) at = copy_append(&all.copies, all.ids[i], rect, slot, (__global float *)(slot + capacity), capacity, at);
+#endif
     }
     BARRIER;
     return total;
@@ -186,5 +207,5 @@ static int list_full(__global uint *counters, uint count)
 static List list_make(List all, const Rect *rect, __global uint *slot, uint capacity, __local uint *shared)
 {
     uint count = list_fill(all, rect, slot, capacity, shared);
-    return (List){slot, (__global const float *)(slot + capacity), capacity, count};
+    return (List){.ids = slot, .boxes = (__global const float *)(slot + capacity), .stride = capacity, .count = count};
 }

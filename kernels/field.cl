@@ -488,6 +488,9 @@ static void fields_make(Ray *ray, __global const FrameConstants *frame, List lis
     *memory = field_memory(room + FIELD_TABLE, frame, (__global TapeStep *)(room + FIELD_TABLE + FIELD_SCRATCH(frame->tape_longest, LANES)));
     ray->field_cells = memory;
     for (uint k = 0; k < list.count; k++) {
+#ifdef HAS_COPIES
+        if (list.ids[k] >= ray->copied) continue;
+#endif
         uint id = list.ids[k], after = ray->nodes[id].after; // 0: a perturbation
         for (uint leaf = id; leaf < after && ray->field_count < FIELDS_MAX; leaf = ray->nodes[leaf].end) {
             if (ray->nodes[leaf].count != NODE_FIELD || !field_record(ray, leaf)->count) continue;

@@ -259,6 +259,10 @@ struct FieldTile; // cells.cl
 struct FieldMemory;
 #endif
 
+typedef struct Rect { // of U, V, and how far w goes
+    float u_low, u_high, v_low, v_high, w_high;
+} Rect;
+
 // What a ray (a packet of them) brings to every function that looks for its hits.
 typedef struct Ray {
     FLOAT u, v;
@@ -267,6 +271,9 @@ typedef struct Ray {
     __global const PlanNode *nodes;
     __global const uint *list; // numbers of the items that can matter here, ascending
     uint count;
+#ifdef HAS_COPIES
+    uint copied; // numbers from here on are of records that belong to the number before them in the list (copies.cl)
+#endif
 #ifdef HAS_FIELD
     __global const TapeStep *tapes;
     __global struct FieldTile *fields; // of the tile, that have slabs

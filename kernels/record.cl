@@ -189,6 +189,10 @@ typedef struct Stretch {
 // Where the list's ids reach `id`, from the place `at` on.
 static uint list_until(const Ray *ray, uint at, uint stop, uint id)
 {
+#ifdef HAS_COPIES
+    while (at < stop && (ray->list[at] < id || ray->list[at] >= ray->copied)) at++;
+#else
     while (at < stop && ray->list[at] < id) at++;
+#endif
     return at;
 }

@@ -31,10 +31,8 @@ INLINE Vector surface_normal(const Ray *ray, uint leaf_count, UINT ranks, INT hi
 #endif
 #if defined(HAS_FREEFORM) || defined(HAS_SHEET) || defined(HAS_THICK)
         if (ray->nodes[leaf].count) {
-            uint begin = 0;
-            while (begin < ray->count && ray->list[begin] <= leaf) begin++;
-            uint stop = begin;
-            while (stop < ray->count && ray->list[stop] < ray->nodes[leaf].end) stop++;
+            uint begin = list_until(ray, 0, ray->count, leaf + 1u);
+            uint stop = list_until(ray, begin, ray->count, ray->nodes[leaf].end);
             uint marks = ray->nodes[leaf].count;
 #ifdef HAS_SHEET
             if (marks & NODE_SHEET) slope = sheet_slope(ray, begin, stop, mine, w);

@@ -86,6 +86,29 @@ typedef struct ThickShape {
 } ThickShape;
 #define THICK_RECORDS 4 // of a cell
 
+// Clusters: perturbations that many free forms share, in coordinates of their own, in doubles. Where a device has these (HAS_COPIES) a copy of a cluster is a
+// header among the perturbations of its leaf, an empty one, behind which stands a CopyRecord; whatever list has the header gets records of those of the
+// cluster's parts that matter there (copies.cl). Elsewhere copies are folded part by part, as other perturbations are.
+#if defined(HAS_COPIES) || !defined(__OPENCL_C_VERSION__)
+typedef struct ClusterPart {
+    double q[10];
+    float middle[3];
+    float root;      // the cube root of its strength, with its sign; 0: there is nothing
+    float extent[6]; // xx yy zz xy xz yz: along a direction n its support reaches sqrt(n extent n) from its middle; xx infinite: without an end
+    float spare[2];
+} ClusterPart;
+
+typedef struct CopyRecord {
+    double columns[16]; // homogeneous places of the cluster from (U, V, w, 1) of the view: of each of these a column
+    float rows[12];     // from places of the cluster to (U, V, w) / W of the view: three rows of four
+    float root;         // of the factor of its parts' records: the cube root of its strength over the base's factor
+    unsigned first, count; // parts
+    float spare;
+} CopyRecord;
+#endif
+#define COPY_RECORDS 3 // behind a header
+#define PART_RECORDS 2 // all parts stand before the records of views
+
 // Numbers of the plan. All leaves and perturbations have one number each, in prefix order: a component's first leaf, that leaf's
 // perturbations (or, if it is a group, that group's components), its second leaf … A component is named by the number of its first leaf.
 typedef struct PlanNode {
@@ -104,7 +127,8 @@ typedef struct PlanNode {
 #define NODE_LIFTED 0x80000000u
 #define NODE_SHEET 0x40000000u
 #define NODE_THICK 0x20000000u
-#define NODE_COUNT 0x1fffffffu
+#define NODE_COPIES 0x10000000u // of a free form: headers of copies follow its perturbations; alone: of a header
+#define NODE_COUNT 0x0fffffffu
 
 // Items are what tiles choose from: components and perturbations, in ascending order of their numbers, which follow
 // space where that is free (runtime/spatial.h). The box of an item in a view is where it can
@@ -175,6 +199,7 @@ typedef struct FrameConstants {
     float origin[3];    // world place of the primary view's O
     float axes[9];      // r, s, f of the primary view
     float background[3];
+    unsigned copy_first; // where the records begin that lists make of copies: list_capacity for each tile of a band
 } FrameConstants;
 
 #define LAYER_COLOR 1u

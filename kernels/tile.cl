@@ -48,7 +48,12 @@ typedef struct Tile { // a FLOAT or UINT for each packet
 
 static List all_items(const Buffers *b, __global const ViewConstants *view)
 {
-    return (List){b->items, b->boxes + view->first_box, b->frame->item_stride, b->frame->item_count};
+    List all = {.ids = b->items, .boxes = b->boxes + view->first_box, .stride = b->frame->item_stride, .count = b->frame->item_count};
+#ifdef HAS_COPIES
+    uint first = b->frame->copy_first + (uint)get_group_id(0) * b->frame->list_capacity - view->first_record;
+    all.copies = (Copies){b->nodes, (__global QuadricRecord *)b->records + view->first_record, (__global const ClusterPart *)b->records, first, view->kappa};
+#endif
+    return all;
 }
 
 static Ray ray_of(const Buffers *b, __global const ViewConstants *view)
@@ -61,6 +66,9 @@ static Ray ray_of(const Buffers *b, __global const ViewConstants *view)
     ray.list = b->items;
     ray.count = 0;
     ray.shadow = 0;
+#ifdef HAS_COPIES
+    ray.copied = b->frame->copy_first - view->first_record;
+#endif
 #ifdef HAS_FIELD
     ray.tapes = b->tapes;
     ray.field_count = 0;
@@ -153,7 +161,11 @@ PASS void region_make(const Buffers *b, uint number, __local uint *shared)
     Rect rect = {u0, u1, v1, v0, view->limit};
     __global uint *region = region_of(b, left, top);
     region[0] = 0;
-    List list = list_make(all_items(b, view), &rect, b->slot, frame->list_capacity, shared);
+    List all = all_items(b, view);
+#ifdef HAS_COPIES
+    all.copies.nodes = 0; // of which a region has no use
+#endif
+    List list = list_make(all, &rect, b->slot, frame->list_capacity, shared);
     if (list.count > list.stride) return;
     Ray ray = ray_of(b, view);
     region_fields_make(&ray, frame, list, &rect, region, b->slot + frame->field_offset + FIELD_TABLE);

@@ -131,7 +131,7 @@ bool framing_camera(const Plan *plan, double *const *moments, const struct Patch
                     int width, int height, double camera[15])
 {
     Framing f = {.plan = plan, .moments = moments, .cells = cells, .count = count, .width = width, .height = height};
-    if (!layout_init(&f.layout, plan)) return false;
+    if (!layout_init(&f.layout, plan, false)) return false;
     f.records = malloc((f.layout.record_count + 1u) * sizeof *f.records);
     f.boxes = malloc(BOX_FLOATS((size_t)f.layout.item_count) * sizeof *f.boxes);
     bool ok = f.records && f.boxes;

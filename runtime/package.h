@@ -36,7 +36,7 @@
 #include "runtime/failure.h"
 #include "runtime/file.h"
 
-#define PACKAGE_VERSION 3
+#define PACKAGE_VERSION 4
 
 typedef struct PackageBinary {
     const char *key; // device_key()

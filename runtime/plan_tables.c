@@ -70,6 +70,21 @@ static void leaf_record(Record *r, PlanLeaf *leaf)
     record_u32(r, &leaf->lift_count);
     record_u32(r, &leaf->thickness);
     record_u32(r, &leaf->side);
+    record_u32(r, &leaf->copies);
+    record_u32(r, &leaf->copy_count);
+}
+
+static void cluster_record(Record *r, PlanCluster *cluster)
+{
+    record_u32(r, &cluster->begin);
+    record_u32(r, &cluster->count);
+}
+
+static void copy_record(Record *r, PlanCopy *copy)
+{
+    record_u32(r, &copy->cluster);
+    record_u32(r, &copy->strength);
+    record_u32(r, &copy->matrix);
 }
 
 static void perturbation_record(Record *r, PlanPerturbation *perturbation)
@@ -207,8 +222,10 @@ void plan_record(Record *r, Plan *plan)
     record_table(r, plan->group_types, plan->group_type_count, 8, group_type_record);
     record_table(r, plan->shapes, plan->shape_count, 8, shape_record);
     record_table(r, plan->components, plan->component_count, 8, component_record);
-    record_table(r, plan->leaves, plan->leaf_count, 48, leaf_record);
+    record_table(r, plan->leaves, plan->leaf_count, 56, leaf_record);
     record_table(r, plan->perturbations, plan->perturbation_count, 8, perturbation_record);
+    record_table(r, plan->clusters, plan->cluster_count, 8, cluster_record);
+    record_table(r, plan->copies, plan->copy_count, 12, copy_record);
     record_table(r, plan->tapes, plan->tape_count, 8, tape_record);
     record_table(r, plan->tape_steps, plan->tape_step_count, 8, tape_step_record);
     record_table(r, plan->materials, plan->material_count, 8, material_record);
@@ -388,7 +405,8 @@ static bool check_leaf(const Plan *plan, const PlanLeaf *leaf)
         return leaf->begin < plan->patch_count && slots_fit(plan, leaf->quadric, 12) &&
                slots_fit(plan, leaf->thickness, 1) && slots_fit(plan, leaf->side, 1);
     if (leaf->kind == LEAF_FREEFORM && (!range_fits(leaf->begin, leaf->count, plan->perturbation_count) ||
-                                        !range_fits(leaf->lifts, leaf->lift_count, plan->lift_count)))
+                                        !range_fits(leaf->lifts, leaf->lift_count, plan->lift_count) ||
+                                        !range_fits(leaf->copies, leaf->copy_count, plan->copy_count)))
         return false;
     return slots_fit(plan, leaf->quadric, 10);
 }
@@ -512,6 +530,14 @@ static bool check_things(const Plan *plan)
         if (!slots_fit(plan, plan->perturbations[i].quadric, 10) ||
             !slots_fit(plan, plan->perturbations[i].strength, 1))
             return false;
+    for (uint32_t i = 0; i < plan->cluster_count; i++)
+        if (!range_fits(plan->clusters[i].begin, plan->clusters[i].count, plan->perturbation_count)) return false;
+    for (uint32_t i = 0; i < plan->copy_count; i++) {
+        const PlanCopy *copy = &plan->copies[i];
+        if (copy->cluster >= plan->cluster_count || !slots_fit(plan, copy->strength, 1) ||
+            !slots_fit(plan, copy->matrix, 12))
+            return false;
+    }
     return slots_fit(plan, plan->camera, 15) && slots_fit(plan, plan->background, 4) &&
            slots_fit(plan, plan->time, 1) && slots_fit(plan, plan->frame, 1) &&
            slots_fit(plan, plan->inputs, plan->input_count) && plan->material_count && plan->object_count &&

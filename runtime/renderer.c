@@ -15,15 +15,18 @@
 
 _Static_assert(sizeof(QuadricRecord) == 64, "as on the device");
 _Static_assert(sizeof(PlanNode) == 32, "as on the device");
+_Static_assert(sizeof(ClusterPart) == PART_RECORDS * sizeof(QuadricRecord), "as on the device");
+_Static_assert(sizeof(CopyRecord) == COPY_RECORDS * sizeof(QuadricRecord), "as on the device");
 _Static_assert(sizeof(ViewConstants) == 19 * 4, "as on the device");
 _Static_assert(sizeof(LightConstants) == 16 * 4, "as on the device");
 _Static_assert(sizeof(MaterialConstants) == 9 * 4, "as on the device");
-_Static_assert(sizeof(FrameConstants) == 40 * 4, "as on the device");
+_Static_assert(sizeof(FrameConstants) == 41 * 4, "as on the device");
 
 #define BAND_MS       25.0
 #define FIRST_BAND    128         // tiles, before anything is known
 #define LIST_ROOM     1024        // items in a tile's list, at first
 #define LIST_BYTES    (64u << 20) // for the lists of the tiles of a band
+#define COPY_BYTES    (24u << 20) // the same where lists make records of copies, with these
 #define SHADOW_BIAS   1e-4        // in units
 #define FILM_LAYERS   6
 #define REGION_FIELDS 24           // general fields that a region keeps
@@ -70,6 +73,7 @@ struct Renderer {
     FrameConstants frame;
     uint32_t list_room; // items in the list of a tile
     uint32_t regions;   // of the frame
+    uint32_t tiles;     // of the frame
     uint32_t slots;     // tiles that have room for their lists: at most as many run at a time
     double tile_ms;     // what a tile took; 0: not known
 };
@@ -169,7 +173,7 @@ Renderer *renderer_new(const Device *device, cl_program program, const Plan *pla
         free(r);
         return NULL;
     }
-    bool ready = layout_init(&r->layout, plan);
+    bool ready = layout_init(&r->layout, plan, device->info.has_fp64);
     r->values = calloc(plan->slot_count + 1, sizeof *r->values);
     r->light_constants = calloc(plan->light_count + 1, sizeof *r->light_constants);
     r->material_constants = calloc(plan->material_count + 1, sizeof *r->material_constants);
@@ -263,6 +267,12 @@ static int make_lights(Renderer *r, const double *values, const Box *bounds)
     return count;
 }
 
+// Before the records of views stand the parts of clusters, behind them the room for what lists make of copies.
+static uint32_t first_record(const Renderer *r, uint32_t view)
+{
+    return PART_RECORDS * r->layout.clusters.part_count + view * r->layout.record_count;
+}
+
 static void make_view_constants(Renderer *r, int count)
 {
     for (int k = 0; k < count; k++) {
@@ -271,30 +281,82 @@ static void make_view_constants(Renderer *r, int count)
         c->kappa = (float)p->kappa;
         c->start = (float)p->start;
         c->limit = (float)p->limit;
-        c->first_record = (unsigned)k * r->layout.record_count;
+        c->first_record = first_record(r, (unsigned)k);
         c->first_box = (unsigned)k * BOX_FLOATS(r->layout.item_count);
         c->unit_distance = p->kappa > 0 ? (float)(1 / p->kappa) : 0;
         view_map(&r->wanted[0], p, c->map);
     }
 }
 
+#define LOCAL_SIZE 64 // work-items that share a tile where they are not packets
+
+// Steps for the shortened tapes of a tile: for as many slabs as most tiles have.
+static uint32_t tape_pool(const Renderer *r)
+{
+    uint32_t wanted = 12 * r->layout.fields.longest;
+    return wanted > 32768 ? 32768 : wanted;
+}
+
+// A tile's memory for general fields, in unsigneds.
+static uint32_t field_room(const Renderer *r)
+{
+    uint32_t lanes = r->device->width == 1 ? LOCAL_SIZE : 32;
+    return r->plan->tape_count ? FIELD_ROOM(r->layout.fields.longest, tape_pool(r), lanes) : 0;
+}
+
+// How many tiles have room for their lists at a time, where a list's tile takes so many unsigneds.
+static uint32_t slots_for(const Renderer *r, uint32_t slot_size, uint32_t tiles)
+{
+    bool shares = r->layout.clusters.shares;
+    uint32_t records = shares ? r->list_room * (uint32_t)(sizeof(QuadricRecord) / 4) : 0;
+    uint32_t slots = (shares ? COPY_BYTES : LIST_BYTES) / 4 / (slot_size + records);
+    if (slots < 2) slots = 2;
+    return slots > tiles ? tiles : slots;
+}
+
+static uint32_t slot_lists(const Renderer *r)
+{
+    return ((2 + BOX_ARRAYS) * r->list_room + 31) & ~31u;
+}
+
+// Bytes for the records that lists make of copies.
+static size_t copy_room(const Renderer *r)
+{
+    if (!r->layout.clusters.shares) return 0;
+    return (size_t)slots_for(r, slot_lists(r) + field_room(r), r->tiles) * r->list_room * sizeof(QuadricRecord);
+}
+
+static bool write_parts(Renderer *r, Failure *failure)
+{
+    size_t size = (size_t)r->layout.clusters.part_count * sizeof(ClusterPart);
+    if (!size) return true;
+    cl_int status = clEnqueueWriteBuffer(r->device->queue, r->buffers[BUFFER_RECORDS].mem, CL_TRUE, 0, size,
+                                         r->layout.clusters.parts, 0, NULL, NULL);
+    if (status != CL_SUCCESS) return fail(failure, "cannot write to the device: %s", device_error(status));
+    return true;
+}
+
 // Folds the views that are not on the device yet.
 static bool fold_views(Renderer *r, const double *values, int count, Failure *failure)
 {
     const Layout *layout = &r->layout;
-    size_t records = (size_t)layout->record_count * sizeof(QuadricRecord);
+    size_t records = (size_t)layout->record_count * sizeof(QuadricRecord),
+           all = first_record(r, (uint32_t)count) * sizeof(QuadricRecord);
     size_t boxes = BOX_FLOATS((size_t)layout->item_count) * sizeof(float);
-    cl_mem old_records = r->buffers[BUFFER_RECORDS].mem, old_boxes = r->buffers[BUFFER_BOXES].mem;
-    if (!buffer_ensure(r, BUFFER_RECORDS, records * (size_t)count, NULL, failure) ||
+    // A buffer that is made anew may well have the handle of the one before, so what they hold is told by their sizes.
+    if (r->buffers[BUFFER_RECORDS].size < all + copy_room(r) || r->buffers[BUFFER_BOXES].size < boxes * (size_t)count)
+        r->folded = 0;
+    if (!buffer_ensure(r, BUFFER_RECORDS, all + copy_room(r), NULL, failure) ||
         !buffer_ensure(r, BUFFER_BOXES, boxes * (size_t)count, NULL, failure)) {
         r->folded = 0;
         return false;
     }
-    if (old_records != r->buffers[BUFFER_RECORDS].mem || old_boxes != r->buffers[BUFFER_BOXES].mem) r->folded = 0;
+    if (!r->folded && !write_parts(r, failure)) return false;
     for (int k = 0; k < count; k++) {
         if (k < r->folded && !memcmp(&r->views[k], &r->wanted[k], sizeof *r->views)) continue;
         if (records) {
-            QuadricRecord *to = buffer_map(r, BUFFER_RECORDS, CL_MAP_WRITE, records * (size_t)k, records, failure);
+            size_t at = first_record(r, (uint32_t)k) * sizeof(QuadricRecord);
+            QuadricRecord *to = buffer_map(r, BUFFER_RECORDS, CL_MAP_WRITE, at, records, failure);
             float *box = to ? buffer_map(r, BUFFER_BOXES, CL_MAP_WRITE, boxes * (size_t)k, boxes, failure) : NULL;
             if (!box) {
                 r->folded = 0;
@@ -441,22 +503,6 @@ static bool upload(Renderer *r, const RenderJob *job, uint32_t tiles_across, uin
                        failure);
 }
 
-#define LOCAL_SIZE 64 // work-items that share a tile where they are not packets
-
-// Steps for the shortened tapes of a tile: for as many slabs as most tiles have.
-static uint32_t tape_pool(const Renderer *r)
-{
-    uint32_t wanted = 12 * r->layout.fields.longest;
-    return wanted > 32768 ? 32768 : wanted;
-}
-
-// A tile's memory for general fields, in unsigneds.
-static uint32_t field_room(const Renderer *r)
-{
-    uint32_t lanes = r->device->width == 1 ? LOCAL_SIZE : 32;
-    return r->plan->tape_count ? FIELD_ROOM(r->layout.fields.longest, tape_pool(r), lanes) : 0;
-}
-
 // How many fields a region is to have room for.
 static uint32_t region_fields(const Plan *plan)
 {
@@ -483,11 +529,10 @@ static size_t make_regions(Renderer *r)
 // Room for lists of `list_room` items, for as many tiles as fit, and all the kernel's arguments.
 static bool make_room(Renderer *r, uint32_t tiles, Failure *failure)
 {
-    uint32_t lists = ((2 + BOX_ARRAYS) * r->list_room + 31) & ~31u, fields = field_room(r), slot_size = lists + fields;
-    r->slots = LIST_BYTES / 4 / slot_size;
-    if (r->slots < 2) r->slots = 2;
-    if (r->slots > tiles) r->slots = tiles;
+    uint32_t lists = slot_lists(r), slot_size = lists + field_room(r);
+    r->slots = slots_for(r, slot_size, tiles);
     r->frame.list_capacity = r->list_room;
+    r->frame.copy_first = first_record(r, (uint32_t)r->folded);
     r->frame.slot_size = slot_size;
     r->frame.field_offset = lists;
     r->frame.tape_longest = r->layout.fields.longest;
@@ -611,12 +656,15 @@ RenderResult renderer_frame(Renderer *r, const RenderJob *job, RenderStats *stat
     uint32_t across = ((uint32_t)film->width + TILE_SIZE - 1) / TILE_SIZE,
              down = ((uint32_t)film->height + TILE_SIZE - 1) / TILE_SIZE;
     uint32_t tiles = across * down;
+    if (tiles != r->tiles) r->list_room = r->layout.item_stride < LIST_ROOM ? r->layout.item_stride : LIST_ROOM;
+    r->tiles = tiles;
     if (!ensure_film(r, film, failure) || !upload(r, job, across, down, stats, failure)) return RENDER_FAILED;
     double began = now_ms();
     uint32_t longest = 0;
     RenderResult result;
     do { // again where a list did not fit: the lists of pixels, and then those of lights, so at most three times
         while (r->list_room < longest) r->list_room *= 2;
+        if (longest && r->layout.clusters.shares && !fold_views(r, r->values, r->folded, failure)) return RENDER_FAILED;
         if (!make_room(r, tiles, failure)) return RENDER_FAILED;
         if (!run_regions(r, failure)) return RENDER_FAILED;
         result = run_bands(r, job, tiles, stats, failure);

@@ -107,6 +107,18 @@ static void add_supports(Maker *m, TreeNode *node, const PlanLeaf *leaf)
         take_movers(m, node, p->quadric, QUADRIC_SLOTS);
         take_movers(m, node, p->strength, 1);
     }
+    for (uint32_t k = leaf->copies; k < leaf->copies + leaf->copy_count; k++) {
+        const PlanCopy *copy = &m->plan->copies[k];
+        const PlanCluster *cluster = &m->plan->clusters[copy->cluster];
+        take_movers(m, node, copy->matrix, MATRIX_SLOTS);
+        take_movers(m, node, copy->strength, 1);
+        node->supports += cluster->count;
+        node->cost += tree_crossed(m->tree, &node->inside); // its perturbations' own boxes are not made for each copy
+        for (uint32_t n = cluster->begin; n < cluster->begin + cluster->count; n++) {
+            take_movers(m, node, m->plan->perturbations[n].quadric, QUADRIC_SLOTS);
+            take_movers(m, node, m->plan->perturbations[n].strength, 1);
+        }
+    }
     for (uint32_t k = leaf->lifts; k < leaf->lifts + leaf->lift_count; k++) {
         take_movers(m, node, m->plan->lifts[k].frame, MATRIX_SLOTS);
         take_movers(m, node, m->plan->lifts[k].strength, 1);

@@ -52,12 +52,33 @@ static void number_lifts(Numbering *n, const PlanLeaf *leaf)
     }
 }
 
+// A header and its record for each copy, or a number for each part of it.
+static void number_copies(Numbering *n, const PlanLeaf *leaf)
+{
+    const Layout *layout = n->layout;
+    for (uint32_t k = 0; k < leaf->copy_count; k++) {
+        const PlanCopy *copy = &layout->plan->copies[leaf->copies + k];
+        bool shares = layout->clusters.shares;
+        uint32_t items = shares ? 1 : layout->plan->clusters[copy->cluster].count,
+                 numbers = shares ? 1 + COPY_RECORDS : items;
+        if (numbers > RECORD_LIMIT - n->number) {
+            n->too_many = true;
+            return;
+        }
+        for (uint32_t i = 0; layout->nodes && i < items; i++) layout->items[n->item + i] = n->number + i;
+        if (layout->nodes && shares) layout->nodes[n->number].count = NODE_COPIES;
+        n->item += items;
+        n->number += numbers;
+    }
+}
+
 static uint32_t leaf_marks(const PlanLeaf *leaf)
 {
     if (leaf->kind == LEAF_SHEET) return NODE_SHEET;
     if (leaf->kind == LEAF_THICK) return NODE_THICK;
     if (leaf->kind == LEAF_FIELD) return NODE_FIELD;
-    return leaf->kind == LEAF_FREEFORM ? leaf->count | (leaf->lift_count ? NODE_LIFTED : 0) : 0;
+    if (leaf->kind != LEAF_FREEFORM) return 0;
+    return leaf->count | (leaf->lift_count ? NODE_LIFTED : 0) | (leaf->copy_count ? NODE_COPIES : 0);
 }
 
 static void number_component(Numbering *n, const PlanComponent *component, int depth)
@@ -80,6 +101,7 @@ static void number_component(Numbering *n, const PlanComponent *component, int d
             for (uint32_t p = 0; nodes && p < leaf->count; p++) n->layout->items[n->item + p] = n->number + p;
             n->item += leaf->count;
             n->number += leaf->count;
+            number_copies(n, leaf);
             number_lifts(n, leaf);
         } else if (leaf->kind == LEAF_SHEET || leaf->kind == LEAF_THICK) {
             number_cells(n, leaf->begin, leaf->kind == LEAF_THICK ? THICK_RECORDS : SHEET_RECORDS, number);
@@ -136,7 +158,7 @@ static bool rank_leaves(Layout *layout)
     return true;
 }
 
-bool layout_init(Layout *layout, const Plan *plan)
+bool layout_init(Layout *layout, const Plan *plan, bool shares)
 {
     *layout = (Layout){.plan = plan};
     layout->components = calloc(plan->component_count + 1u, sizeof *layout->components);
@@ -147,8 +169,9 @@ bool layout_init(Layout *layout, const Plan *plan)
         return false;
     }
     Numbering counting = {.layout = layout};
-    number_group(&counting, 0, 0);
-    if (counting.too_many) {
+    bool ready = cluster_table_init(&layout->clusters, plan, shares);
+    if (ready) number_group(&counting, 0, 0);
+    if (!ready || counting.too_many) {
         layout_release(layout);
         return false;
     }
@@ -182,6 +205,7 @@ void layout_release(Layout *layout)
     free(layout->boxes);
     field_tables_release(&layout->fields);
     faces_release(&layout->faces);
+    cluster_table_release(&layout->clusters);
     lift_bands_release(&layout->bands);
     *layout = (Layout){0};
 }
@@ -254,7 +278,29 @@ static void cut_item_boxes(Folding *f, uint32_t item, uint32_t end)
 
 static void fold_group(Folding *f, uint32_t group, Box *box);
 
-// Folds the perturbations of a free form behind its base; `box` grows by their supports.
+// Folds a perturbation, with Q as `map` sees it, behind its base, whose own Q is `whole`; `box` grows by its support.
+static void fold_perturbation(Folding *f, const double q[10], const ScreenMap *map, double strength,
+                              const ScreenQuadric *whole, double factor, QuadricRecord *base, Box *box)
+{
+    uint32_t number = f->number++, item = f->item++;
+    Box support = box_empty;
+    if (strength != 0) {
+        ScreenQuadric folded;
+        fold_quadric(q, map, &folded);
+        fold_box(&folded, &support);
+        if (f->records) {
+            fold_record(&folded, cbrt(strength * factor), &f->records[number]);
+            f->records[number].w_low = (float)support.low[2];
+            base->flags |= strength < 0 ? RECORD_SIGNED : RECORD_GROWS;
+            if (fold_strong(whole, &folded, strength, &support, f->projection->kappa)) base->flags |= RECORD_STRONG;
+        }
+    } else if (f->records) {
+        fold_hidden(&f->records[number]);
+    }
+    set_item_box(f, item, &support);
+    if (strength > 0) box_hull(box, &support);
+}
+
 static void fold_perturbations(Folding *f, const PlanLeaf *leaf, bool shown, double factor, QuadricRecord *base,
                                Box *box)
 {
@@ -262,25 +308,50 @@ static void fold_perturbations(Folding *f, const PlanLeaf *leaf, bool shown, dou
     fold_quadric(f->values + leaf->quadric, &f->map, &whole);
     for (uint32_t k = 0; k < leaf->count; k++) {
         const PlanPerturbation *p = &f->layout->plan->perturbations[f->layout->perturbations[leaf->begin + k]];
-        uint32_t number = f->number++, item = f->item++;
-        double strength = shown ? f->values[p->strength] : 0;
-        Box support = box_empty;
-        if (strength != 0) {
-            ScreenQuadric folded;
-            fold_quadric(f->values + p->quadric, &f->map, &folded);
-            fold_box(&folded, &support);
-            if (f->records) {
-                fold_record(&folded, cbrt(strength * factor), &f->records[number]);
-                f->records[number].w_low = (float)support.low[2];
-                base->flags |= strength < 0 ? RECORD_SIGNED : RECORD_GROWS;
-                if (fold_strong(&whole, &folded, strength, &support, f->projection->kappa))
-                    base->flags |= RECORD_STRONG;
-            }
-        } else if (f->records) {
-            fold_hidden(&f->records[number]);
+        fold_perturbation(f, f->values + p->quadric, &f->map, shown ? f->values[p->strength] : 0, &whole, factor, base,
+                          box);
+    }
+}
+
+// A copy part by part, where the device does not make its records.
+static void fold_parts(Folding *f, const PlanCopy *copy, const double base[10], double strength, double factor,
+                       QuadricRecord *record, Box *box)
+{
+    const Plan *plan = f->layout->plan;
+    const PlanCluster *cluster = &plan->clusters[copy->cluster];
+    ScreenMap own = {0};
+    ScreenQuadric whole;
+    fold_quadric(base, &f->map, &whole);
+    if (!copy_map(f->values + copy->matrix, &f->map, &own)) strength = 0;
+    for (uint32_t k = cluster->begin; k < cluster->begin + cluster->count; k++) {
+        const PlanPerturbation *p = &plan->perturbations[k];
+        fold_perturbation(f, f->values + p->quadric, &own, strength * f->values[p->strength], &whole, factor, record,
+                          box);
+    }
+}
+
+static void fold_copies(Folding *f, const PlanLeaf *leaf, bool shown, double factor, QuadricRecord *base, Box *box)
+{
+    for (uint32_t k = leaf->copies; k < leaf->copies + leaf->copy_count; k++) {
+        const PlanCopy *copy = &f->layout->plan->copies[k];
+        double strength = shown ? f->values[copy->strength] : 0;
+        if (!f->layout->clusters.shares) {
+            fold_parts(f, copy, f->values + leaf->quadric, strength, factor, base, box);
+            continue;
         }
-        set_item_box(f, item, &support);
-        if (strength > 0) box_hull(box, &support);
+        Box seen = box_empty, added = box_empty;
+        QuadricRecord *header = f->records ? &f->records[f->number] : NULL;
+        unsigned flags = 0;
+        if (header) fold_hidden(header);
+        if (shown)
+            copy_record(&f->layout->clusters, f->values, copy, factor, f->projection, &f->map,
+                        header ? (CopyRecord *)(header + 1) : NULL, &seen, &added, &flags);
+        else if (header)
+            memset(header + 1, 0, sizeof(CopyRecord));
+        base->flags |= flags;
+        set_item_box(f, f->item++, &seen);
+        box_hull(box, &added);
+        f->number += 1 + COPY_RECORDS;
     }
 }
 
@@ -414,6 +485,7 @@ static void fold_leaf(Folding *f, const PlanLeaf *leaf)
         fold_hidden(record);
     if (leaf->kind != LEAF_FREEFORM) return;
     fold_perturbations(f, leaf, shown, factor, record, box);
+    fold_copies(f, leaf, shown, factor, record, box);
     fold_lifts(f, leaf, shown, factor, box);
 }
 
@@ -575,6 +647,7 @@ void view_frame(Layout *layout, const double *values)
 {
     field_tables_frame(&layout->fields, values);
     faces_frame(&layout->faces, values);
+    cluster_table_frame(&layout->clusters, values);
     lift_bands_forget(&layout->bands);
 }
 
@@ -608,6 +681,11 @@ bool view_same_geometry(const Layout *layout, const double *values, const double
         bool same = values[lift->strength] == others[lift->strength] && values[lift->low] == others[lift->low] &&
                     values[lift->high] == others[lift->high];
         if (!same || memcmp(values + lift->frame, others + lift->frame, 12 * sizeof *values)) return false;
+    }
+    for (uint32_t k = 0; k < plan->copy_count; k++) {
+        const PlanCopy *copy = &plan->copies[k];
+        if (values[copy->strength] != others[copy->strength]) return false;
+        if (memcmp(values + copy->matrix, others + copy->matrix, 12 * sizeof *values)) return false;
     }
     for (uint32_t k = 0; k < plan->perturbation_count; k++) {
         const PlanPerturbation *p = &plan->perturbations[k];

@@ -18,6 +18,7 @@
 #include "kernels/shared.h"
 #include "runtime/camera.h"
 #include "runtime/faces.h"
+#include "runtime/fold_copy.h"
 #include "runtime/fold_field.h"
 #include "runtime/lift_bands.h"
 
@@ -35,12 +36,14 @@ typedef struct Layout {
     Box *boxes;                           // of each number, while folding
     FieldTables fields;
     Faces faces;
+    ClusterTable clusters; // of what a device shares; without parts where copies have records part by part
     LiftBands bands;                       // of `cells`
     const struct PatchCells *const *cells; // of the plan's patches, borrowed; NULL among them, or NULL: not solved
 } Layout;
 
+// `shares`: the device makes the records of copies of clusters itself (kernels/copies.cl); else there are records for each.
 // False if there is no memory, or if groups that stand in groups that … make more than 2^28 records.
-bool layout_init(Layout *layout, const Plan *plan);
+bool layout_init(Layout *layout, const Plan *plan, bool shares);
 void layout_release(Layout *layout);
 
 typedef struct Projection {

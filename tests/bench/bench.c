@@ -15,8 +15,8 @@
 //                 processors too, and "two" tells nothing: it has a question mark then
 //   POV-Ray       its trace time (its own words) at the same size, one thread; where `povray` is installed
 //
-// Then once: package to first picture with empty caches, source to first picture with empty caches, a union of 10,000 spheres, 100,000 quadrics, 100,000
-// scattered balls, 54 slabs in one free form, a free form that a patch displaces, 240 frames of a form that moves, with one kernel, general fields
+// Then once: package to first picture with empty caches, source to first picture with empty caches, a union of 10,000 spheres, 100,000 quadrics, 10,000
+// uses of one form and as many forms, 100,000 scattered balls, 54 slabs in one free form, a free form that a patch displaces, 240 frames of a form that moves, with one kernel, general fields
 // (colonnade.vm and bear.vm in or beside the folder of the scenes), and a million random rays against the oracle.
 #include <cjson/cJSON.h>
 #include <errno.h>
@@ -339,6 +339,38 @@ static void first_pictures(const Options *o, const char *name, cJSON *json)
     free(built.out), free(loaded.out), free(cold.out);
 }
 
+// Ten thousand uses of a form of 50 perturbations: as one branch, whose perturbations are there once, and as forms of their own.
+static void copies(const Options *o, bool shared, cJSON *json)
+{
+    const char *name = shared ? "copies-10000" : "forms-10000";
+    char path[600], cache[600], key[64];
+    work_path(o, name, ".scn", path);
+    FILE *out = fopen(path, "w");
+    if (!out) return;
+    fprintf(
+        out,
+        "scn 1;\ncamera { eye: (0, -120, 90); up: (0, 0, 1); }\nlight { direction: (-0.4, 0.6, -1); }\n"
+        "tag make() { freeform(sphere(0.35)) { for i in 0 .. 50 {\n"
+        "    let at = spherical(0.32, 137.5deg * i, asin(-0.98 + 0.04 * i));\n"
+        "    perturb(sphere(0.12).move(at.x, at.y, at.z), strength: 120 * (1 - 2 * mod(i, 2)));\n} } }\n%s\n"
+        "for i in 0 .. 100 { for j in 0 .. 100 {\n"
+        "    form%s.rotate(z: 7deg * i, x: 11deg * j).move(i - 50, j - 50, 0).paint(hsv(3.6deg * i, 0.5, 0.8));\n} }\n",
+        shared ? "let form = make();" : "tag form() { make() }", shared ? "" : "()");
+    fclose(out);
+    Outcome frame = bench(o, fresh_cache(o, cache), path, "5");
+    double front = field(frame.out, "load_ms"), cpu = field(frame.out, "cpu_ms");
+    double device = field(frame.out, "device_bytes") * 1e-6;
+    snprintf(key, sizeof key, "%s_peak_mb", name);
+    note(json, key, frame.peak_mb,
+         "%s: front end and compiler %.0f ms, a frame %.1f ms CPU, %.0f MB on the device, %.0f MB", name, front, cpu,
+         device, frame.peak_mb);
+    snprintf(key, sizeof key, "%s_frame_cpu_ms", name);
+    cJSON_AddNumberToObject(json, key, cpu);
+    snprintf(key, sizeof key, "%s_device_mb", name);
+    cJSON_AddNumberToObject(json, key, device);
+    free(frame.out);
+}
+
 static void big_union(const Options *o, Arena *arena, int count, bool balls, cJSON *json)
 {
     BenchScene scene;
@@ -628,6 +660,8 @@ int main(int argc, char **argv)
         first_pictures(&o, "S3", json);
         big_union(&o, &arena, 10000, true, json);
         big_union(&o, &arena, 100000, false, json);
+        copies(&o, true, json);
+        copies(&o, false, json);
         for (size_t k = 0; k < sizeof crowds / sizeof *crowds; k++) big_crowd(&o, crowds[k], json);
         displacement(&o, json);
         general_fields(&o, json);

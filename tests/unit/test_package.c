@@ -56,9 +56,11 @@ static Plan *small_plan(void)
     plan->components = components;
     plan->component_count = 3;
     static PlanLeaf leaves[] = {
-        {LEAF_QUADRIC, 0, 0, 0, 0, 1, 0, NO_SLOT, 0, 0, 0, 0},  {LEAF_FREEFORM, 10, 0, 1, 1, 1, 1, 161, 0, 0, 0, 0},
-        {LEAF_GROUP, 0, 1, 1, 0, 0, 2, NO_SLOT, 0, 0, 0, 0},    {LEAF_QUADRIC, 20, 0, 0, 0, 0, 3, NO_SLOT, 0, 0, 0, 0},
-        {LEAF_QUADRIC, 30, 0, 0, 0, 0, 4, NO_SLOT, 0, 0, 0, 0},
+        {LEAF_QUADRIC, 0, 0, 0, 0, 1, 0, NO_SLOT, 0, 0, 0, 0, 0, 0},
+        {LEAF_FREEFORM, 10, 0, 1, 1, 1, 1, 161, 0, 0, 0, 0, 0, 0},
+        {LEAF_GROUP, 0, 1, 1, 0, 0, 2, NO_SLOT, 0, 0, 0, 0, 0, 0},
+        {LEAF_QUADRIC, 20, 0, 0, 0, 0, 3, NO_SLOT, 0, 0, 0, 0, 0, 0},
+        {LEAF_QUADRIC, 30, 0, 0, 0, 0, 4, NO_SLOT, 0, 0, 0, 0, 0, 0},
     };
     plan->leaves = leaves;
     plan->leaf_count = 5;
