@@ -187,6 +187,22 @@ static uint32_t emit_advance(Emitter *e, const char *from)
     return result;
 }
 
+// Of free forms that are equal somewhere, as neighbours with one deformation are, floats find places that differ by a few units of the last place, ray
+// by ray another one first: so near they are one place, as far as who decides it is concerned. Quadrics that are equal have equal places.
+#define SAME_PLACE "5e-7"
+
+static bool is_freeform_node(const PlanShapeNode *node)
+{
+    return node->kind == SHAPE_FREEFORM || node->kind == SHAPE_LIFTED;
+}
+
+static bool shape_has_freeforms(const PlanShape *shape)
+{
+    for (uint32_t n = 0; n < shape->node_count; n++)
+        if (is_freeform_node(&shape->nodes[n])) return true;
+    return false;
+}
+
 // The rank of a leaf where its boundary is at t; where it is asked for, also whether t is in it.
 static void emit_leaf_state(Emitter *e, const PlanShapeNode *node, uint32_t result, const char *t, bool asked)
 {
@@ -194,6 +210,9 @@ static void emit_leaf_state(Emitter *e, const PlanShapeNode *node, uint32_t resu
     if (node->kind == SHAPE_QUADRIC)
         line(e, "UINT rank%u = %s == quadric_%s(roots%u, flags%u) ? (UINT)(ray->nodes[leaf%u].rank) : none;", result, t,
              e->leave ? "exit" : "entry", n, n, n);
+    else if (is_freeform_node(node))
+        line(e, "UINT rank%u = size_of(%s - stretch%u.begin) <= close ? (UINT)(ray->nodes[leaf%u].rank) : none;",
+             result, t, n, n);
     else if (node->kind != SHAPE_GROUP)
         line(e, "UINT rank%u = %s == stretch%u.begin ? (UINT)(ray->nodes[leaf%u].rank) : none;", result, t, n, n);
     else
@@ -201,6 +220,8 @@ static void emit_leaf_state(Emitter *e, const PlanShapeNode *node, uint32_t resu
     if (!asked) return;
     if (node->kind == SHAPE_QUADRIC)
         line(e, "INT in%u = quadric_%s(roots%u, flags%u, %s) == %s;", result, direction(e), n, n, t, t);
+    else if (is_freeform_node(node))
+        line(e, "INT in%u = (%s >= stretch%u.begin - close) & (%s < stretch%u.end);", result, t, n, t, n);
     else
         line(e, "INT in%u = (%s >= stretch%u.begin) & (%s < stretch%u.end);", result, t, n, t, n);
 }
@@ -241,6 +262,7 @@ static uint32_t emit_state(Emitter *e, const char *t, bool root, bool known, boo
 static void emit_decided(Emitter *e, const char *t)
 {
     line(e, "UINT none = NO_LEAF;");
+    if (shape_has_freeforms(e->shape)) line(e, "FLOAT close = " SAME_PLACE "f * (1.0f + least(size_of(%s), BIG));", t);
     e->next = 0;
     line(e, "*decided = rank%u;", emit_state(e, t, true, true, false));
 }
@@ -432,6 +454,13 @@ static void emit_component_loop(Emitter *e, const PlanGroupType *type)
     line(e, "UINT which;");
 }
 
+static bool has_freeforms(const Plan *plan, const PlanGroupType *type)
+{
+    for (uint32_t k = 0; k < type->shape_count; k++)
+        if (shape_has_freeforms(&plan->shapes[type->shapes[k]])) return true;
+    return false;
+}
+
 static void emit_group_function(Emitter *e, uint32_t index, bool leave)
 {
     const PlanGroupType *type = &e->plan->group_types[index];
@@ -448,7 +477,15 @@ static void emit_group_function(Emitter *e, uint32_t index, bool leave)
         if (type->shape_count) {
             emit_component_loop(e, type);
             emit_dispatch(e, type);
-            line(e, "*decided = ((place < nearest) | ((place == nearest) & (which < *decided))) ? which : *decided;");
+            if (has_freeforms(e->plan, type)) {
+                line(e, "INT tied = size_of(place - nearest) <= " SAME_PLACE
+                        "f * (1.0f + least(size_of(place), size_of(nearest)));");
+                line(e, "INT sooner = (place < nearest) & !(tied & (*decided < which));");
+                line(e, "*decided = (sooner | (tied & (which < *decided))) ? which : *decided;");
+            } else {
+                line(e,
+                     "*decided = ((place < nearest) | ((place == nearest) & (which < *decided))) ? which : *decided;");
+            }
             line(e, "nearest = least(nearest, place);");
             line(e, "if (ray->shadow) {");
             line(e, "    bound = nearest < bound ? (FLOAT)(-INFINITY) : bound;");
