@@ -149,9 +149,10 @@ static const char *radius_text(RadiusProblem problem)
                "grow, of intersections that shrink and of balls, cylinders, slabs and half-spaces at right angles: "
                "offset the parts, or write iso or normal";
     case RADIUS_MOVES:
-        return "an offset by a radius of what turns or is scaled by numbers that move is not there yet in this version "
+        return "an offset by a radius of what is scaled or sheared by numbers that move is not there yet in this "
+               "version "
                "of "
-               "scn: offset it first, then turn it";
+               "scn: offset it first, then scale it";
     case RADIUS_SIGN:
         return "a radius of several parts that is not known when compiled is not there yet in this version of scn: "
                "offset "

@@ -6,6 +6,7 @@
 #include "compiler/leaf.h"
 #include "compiler/object.h"
 #include "compiler/radius_quadric.h"
+#include "compiler/rigid.h"
 #include "compiler/walk.h"
 
 // A quadric of a closed form: k |P X + h|² + c with the projection P on `rank` axes, k = 0 for half-spaces. Its entries
@@ -155,18 +156,6 @@ static IrId offset_quadric(Ir *ir, IrId quadric, IrId radius)
     return expression ? ir_op1(ir, OP_FIELD, ir_at(ir, quadric)->span, expression) : 0;
 }
 
-// A map that only shifts in the frame leaves distances as they are; those that are const are in the coefficients already.
-static bool is_shift(const Ir *ir, IrId matrix)
-{
-    if (ir_at(ir, matrix)->op != OP_MATRIX) return false;
-    for (uint32_t k = 0; k < 12; k++) {
-        double value;
-        bool known = ir_is_const(ir, ir_operand(ir, matrix, k), &value);
-        if (k % 4 != 3 && !(known && value == (k % 5 == 0))) return false;
-    }
-    return true;
-}
-
 static IrId failed(Offset *o, const Ir *ir, IrId id, RadiusProblem problem)
 {
     if (!o->problem) {
@@ -181,7 +170,8 @@ static IrId offset_base(Walk *walk, IrId base, IrId radius)
     Ir *ir = walk->ir;
     IrId matrix, function = leaf_function(ir, base, &matrix);
     if (ir_at(ir, function)->op != OP_QUADRIC) return failed(walk->pass, ir, base, RADIUS_SHAPE);
-    if (matrix && !is_shift(ir, matrix)) return failed(walk->pass, ir, base, RADIUS_MOVES);
+    // Maps that do not move are in the coefficients already.
+    if (matrix && !matrix_is_rigid(ir, matrix)) return failed(walk->pass, ir, base, RADIUS_MOVES);
     IrId result = offset_quadric(ir, function, radius);
     if (!result) return failed(walk->pass, ir, base, RADIUS_SHAPE);
     return matrix ? ir_op2(ir, OP_TRANSFORM, ir_at(ir, base)->span, result, matrix) : result;
@@ -195,9 +185,10 @@ typedef struct Corner {
     IrId parts[CORNER_MAX];
     Form forms[CORNER_MAX];
     int count;
+    IrId matrix; // that moves all of them together; 0: none
 } Corner;
 
-// All parts are quadrics that do not move, convex, and each depends on directions of its own.
+// All parts are quadrics that do not move, or all together, convex, and each depends on directions of its own.
 static bool find_corner(const Ir *ir, IrId id, Corner *corner)
 {
     for (uint32_t k = 0; k < ir_at(ir, id)->count; k++) {
@@ -207,7 +198,11 @@ static bool find_corner(const Ir *ir, IrId id, Corner *corner)
             if (!find_corner(ir, part, corner)) return false;
             continue;
         }
+        IrId matrix;
+        part = leaf_function(ir, part, &matrix);
         if (corner->count == CORNER_MAX || !leaf_const_quadric(ir, part, q)) return false;
+        if (corner->count && matrix != corner->matrix) return false;
+        corner->matrix = matrix;
         Form *form = &corner->forms[corner->count];
         if (!form_of(q, form) || form->k > 0 || (form->rank && form->square < 0)) return false;
         corner->parts[corner->count++] = part;
@@ -289,6 +284,7 @@ static IrId grown_corner(Ir *ir, IrId id, IrId radius)
     Corner corner = {0};
     Span span = ir_at(ir, id)->span;
     if (!find_corner(ir, id, &corner)) return 0;
+    if (corner.matrix && !matrix_is_rigid(ir, corner.matrix)) return 0;
     for (int i = 0; i < corner.count; i++) {
         for (int j = 0; j < i; j++) {
             if (!at_right_angles(&corner.forms[i], &corner.forms[j])) return 0;
@@ -301,7 +297,8 @@ static IrId grown_corner(Ir *ir, IrId id, IrId radius)
         deepest = deepest ? op2(ir, span, OP_MAX, deepest, d) : d;
     }
     IrId away = op2(ir, span, OP_ADD, ir_op1(ir, OP_SQRT, span, squares), op2(ir, span, OP_MIN, deepest, zero));
-    return ir_op1(ir, OP_FIELD, span, op2(ir, span, OP_SUB, radius, away));
+    IrId grown = ir_op1(ir, OP_FIELD, span, op2(ir, span, OP_SUB, radius, away));
+    return corner.matrix ? ir_op2(ir, OP_TRANSFORM, span, grown, corner.matrix) : grown;
 }
 
 // --- the walk

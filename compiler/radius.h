@@ -19,7 +19,7 @@ typedef enum RadiusProblem {
     RADIUS_DONE,
     RADIUS_SHAPE,  // a free form, a general field, a morph; a quadric that moves and is not along the axes
     RADIUS_CORNER, // an intersection that grows or a union that shrinks
-    RADIUS_MOVES,  // a map that moves and is no shift
+    RADIUS_MOVES,  // a map that moves and changes distances
     RADIUS_SIGN,   // several parts, and a radius whose sign is not known before the frame
     RADIUS_MANY    // too many parts
 } RadiusProblem;
