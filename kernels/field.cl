@@ -172,7 +172,13 @@ NOINLINE void search_sampled(const Tape *tape, const FieldLine *line, Search *m,
     FLOAT q = *pq, before, large = LARGEST;
     FLOAT place = field_sampled(tape, line, m->p, q, SAMPLES, which, m->at_root, sign, &before, memory);
     INT positive = which & (place < INFINITY), at_once = positive & (place == m->p), between = positive & !at_once;
-    m->uncertain = m->uncertain | (which & !m->at_root);
+    INT marked = which & !m->at_root;
+    if (ANY(marked & positive)) { // what is positive for certain a little later leaves no doubt of the root
+        FLOAT beyond = (positive ? place : q) + 1e-4f * (size_of(q) + 0.01f);
+        Range there = field_bounds(tape, line, beyond, sign, memory);
+        marked = marked & !(positive & (there.low > 0.0f));
+    }
+    m->uncertain = m->uncertain | marked;
     m->found = at_once ? place : m->found;
     m->live = m->live & !at_once;
     if (!ANY(between)) return;
@@ -223,9 +229,10 @@ INLINE void search_open(const Tape *tape, const FieldLine *line, Search *m, Stri
     stop = (behind & (back < q)) ? back : stop;
     FLOAT gap = stop - start;
     m->certain = crosses ? stop : m->certain;
-    // A bracket that grows no narrower is as good as floats are, or has an edge in it; up to some size the difference does not matter.
+    // Of two places between which the first root certainly is the middle of the strip is much nearer than they are to each other. A bracket that grows no narrower
+    // is as good as floats are, or has an edge in it.
     FLOAT size = size_of(stop) + 1e-6f;
-    INT found = (gap <= 1e-6f * size) | ((gap <= 1e-5f * size) & (gap > 0.5f * width));
+    INT found = (gap <= 1e-5f * size) | ((gap <= 5e-5f * size) & (gap > 0.5f * width));
     INT narrow = crosses & (exists ? crosses : (before | !m->at_root) & found);
     FLOAT middle = m->p + width * share_until_zero(f.p.low + f.p.high, f.q.low + f.q.high);
     m->found = narrow ? least(most(middle, start), stop) : m->found;

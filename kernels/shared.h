@@ -214,7 +214,9 @@ typedef struct FrameConstants {
 #define COUNTER_UNCERTAIN 1 // pixels whose first surface is not certified
 #define COUNTER_SHADOWS 2   // rays from what is seen to lights, modulo 2^32 …
 #define COUNTER_SHADOWS_HIGH 3 // … and how often 2^32
-#define COUNTER_COUNT 4
+#define COUNTER_TILES 4   // that work-items have taken
+#define COUNTER_REGIONS 5
+#define COUNTER_COUNT 6
 
 // Memory of a tile for general fields, in unsigneds: a table of fields (cells.cl), scratch, and shortened tapes. `lanes`: rays of all work-items together.
 // Scratch are the values of one evaluation for each work-item and, with packets, what is chosen in each step and who needs it.

@@ -302,6 +302,18 @@ NOINLINE Range range_div(Range a, Range b)
     return range_choose(bad, range_everything(), result);
 }
 
+// Whether the inverse of a number is a float with all its digits: dividing by it is a product.
+INLINE int has_inverse(float b)
+{
+    return fabs(b) > 1e-37f && fabs(b) < 1e37f;
+}
+
+INLINE Range range_over(Range a, float b)
+{
+    float inverse = 1.0f / b;
+    return inverse < 0.0f ? outward(inverse * a.high, inverse * a.low, 3.0f) : outward(inverse * a.low, inverse * a.high, 3.0f);
+}
+
 INLINE Range range_square(Range a)
 {
     FLOAT zero = 0.0f, near = least(size_of(a.low), size_of(a.high)), far = most(size_of(a.low), size_of(a.high));
@@ -517,7 +529,10 @@ INLINE Range step_range(TapeStep step, Range a, Range b, Doubt *doubt)
     case TAPE_SUB: return range_sub(a, b);
     case TAPE_BACK_SUB: return range_sub(b, a);
     case TAPE_MUL: return step.word & TAPE_LITERAL ? range_scale(a, as_float(step.b)) : range_mul(a, b);
-    case TAPE_DIV: doubt->maybe = doubt->maybe | has_zero(b); return range_div(a, b);
+    case TAPE_DIV:
+        if (step.word & TAPE_LITERAL && has_inverse(as_float(step.b))) return range_over(a, as_float(step.b));
+        doubt->maybe = doubt->maybe | has_zero(b);
+        return range_div(a, b);
     case TAPE_BACK_DIV: doubt->maybe = doubt->maybe | has_zero(a); return range_div(b, a);
     case TAPE_MIN: return (Range){least(a.low, b.low), least(a.high, b.high)};
     case TAPE_MAX: return (Range){most(a.low, b.low), most(a.high, b.high)};

@@ -1,4 +1,4 @@
-// The kernel: a work-group renders a tile. In order: the tile's list; for each packet the first hit, its leaf and normal; for each light the list
+// The kernel: a work-group renders a tile, and with packets then the next one that nobody has. In order: the tile's list; for each packet the first hit, its leaf and normal; for each light the list
 // of what can shadow the tile's hits, and for each packet what is in between; shading and the film. All in one kernel, so what a tile's
 // passes give each other stays in the cache: 29 kB of local memory for packets of 1 (devices have 32 kB), 41 kB for packets of 16.
 //

@@ -74,7 +74,7 @@ struct Renderer {
     uint32_t list_room; // items in the list of a tile
     uint32_t regions;   // of the frame
     uint32_t tiles;     // of the frame
-    uint32_t slots;     // tiles that have room for their lists: at most as many run at a time
+    uint32_t slots;     // work-items that have room for their tiles' lists: at most as many run at a time
     double tile_ms;     // what a tile took; 0: not known
 };
 
@@ -289,6 +289,18 @@ static void make_view_constants(Renderer *r, int count)
 }
 
 #define LOCAL_SIZE 64 // work-items that share a tile where they are not packets
+#define WORKERS    4 // for each thread where they are: the device may give a thread several of them, one after the other
+
+// Packets: a work-item takes one tile after the other. Else a tile is a work-group.
+static bool takes_tiles(const Renderer *r)
+{
+    return r->device->width == 16;
+}
+
+static uint32_t worker_count(const Renderer *r)
+{
+    return WORKERS * (r->device->info.compute_units ? r->device->info.compute_units : 1);
+}
 
 // Steps for the shortened tapes of a tile: for as many slabs as most tiles have.
 static uint32_t tape_pool(const Renderer *r)
@@ -311,6 +323,7 @@ static uint32_t slots_for(const Renderer *r, uint32_t slot_size, uint32_t tiles)
     uint32_t records = shares ? r->list_room * (uint32_t)(sizeof(QuadricRecord) / 4) : 0;
     uint32_t slots = (shares ? COPY_BYTES : LIST_BYTES) / 4 / (slot_size + records);
     if (slots < 2) slots = 2;
+    if (takes_tiles(r) && slots > worker_count(r)) slots = worker_count(r);
     return slots > tiles ? tiles : slots;
 }
 
@@ -586,10 +599,11 @@ static bool start_band(Renderer *r, Band *band, uint32_t first, uint32_t tiles, 
 {
     // PoCL's binaries hold the function for work-groups of one; elsewhere a group shares its tile.
     size_t local = r->device->width == 1 && !r->device->info.is_cpu ? LOCAL_SIZE : 1;
-    size_t global = tiles * local;
-    cl_uint begin = first, stage = stages;
+    size_t global = (takes_tiles(r) && r->slots < tiles ? r->slots : tiles) * local;
+    cl_uint begin = first, end = first + tiles, stage = stages;
     cl_int status = clSetKernelArg(r->kernel, BUFFER_COUNT, sizeof begin, &begin);
-    if (status == CL_SUCCESS) status = clSetKernelArg(r->kernel, BUFFER_COUNT + 1, sizeof stage, &stage);
+    if (status == CL_SUCCESS) status = clSetKernelArg(r->kernel, BUFFER_COUNT + 1, sizeof end, &end);
+    if (status == CL_SUCCESS) status = clSetKernelArg(r->kernel, BUFFER_COUNT + 2, sizeof stage, &stage);
     if (status == CL_SUCCESS)
         status = clEnqueueNDRangeKernel(r->device->queue, r->kernel, 1, NULL, &global, &local, 0, NULL, &band->event);
     if (status != CL_SUCCESS) {
@@ -601,7 +615,7 @@ static bool start_band(Renderer *r, Band *band, uint32_t first, uint32_t tiles, 
     return true;
 }
 
-// At most `slots` tiles a band: as many have room for their lists. Bands run one after another, so they share it.
+// Where a tile is a work-group at most `slots` tiles a band: as many have room for their lists. Bands run one after another, so they share it.
 static RenderResult run_bands(Renderer *r, const RenderJob *job, uint32_t tiles, RenderStats *stats, Failure *failure)
 {
     Band running = {0}, next;
@@ -613,7 +627,9 @@ static RenderResult run_bands(Renderer *r, const RenderJob *job, uint32_t tiles,
             break;
         }
         double fit = r->tile_ms > 0 ? BAND_MS / r->tile_ms : FIRST_BAND;
-        uint32_t count = fit < 1 ? 1 : fit < r->slots ? (uint32_t)fit : r->slots;
+        // Where work-items take tiles, a band of a few would leave threads without any at its end.
+        uint32_t most = takes_tiles(r) ? tiles : r->slots, least = takes_tiles(r) ? 2 * r->slots : 1;
+        uint32_t count = fit < least ? least : fit < most ? (uint32_t)fit : most;
         if (count > tiles - first) count = tiles - first;
         if (!start_band(r, &next, first, count, job->stages, failure)) {
             result = RENDER_FAILED;
@@ -635,10 +651,11 @@ static RenderResult run_bands(Renderer *r, const RenderJob *job, uint32_t tiles,
 // What general fields are in the regions of the picture, which its tiles begin with.
 static bool run_regions(Renderer *r, Failure *failure)
 {
-    for (uint32_t first = 0; first < r->regions; first += r->slots) {
+    uint32_t most = takes_tiles(r) ? r->regions : r->slots;
+    for (uint32_t first = 0; first < r->regions; first += most) {
         Band band;
         double mark = now_ms(), tile_ms = r->tile_ms;
-        uint32_t count = r->regions - first < r->slots ? r->regions - first : r->slots;
+        uint32_t count = r->regions - first < most ? r->regions - first : most;
         bool good = start_band(r, &band, first, count, (RenderStages)STAGE_REGIONS, failure) &&
                     finish_band(r, &band, &mark, failure);
         r->tile_ms = tile_ms;

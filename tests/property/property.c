@@ -1,8 +1,12 @@
 // Random rays over random scenes of every class: what the device renders against the oracle, ray by ray.
 //
-//     scn-property [--scenes N] [--size N] [--first SEED] [--class NAME] [--lanes 1|16] [--keep FOLDER] [--verbose] [SCENE.scn …]
+//     scn-property [--scenes N] [--size N] [--first SEED] [--class NAME] [--lanes 1|16] [--keep FOLDER] [--sampled N] [--verbose] [SCENE.scn …]
 //
 // With scenes named, those are compared instead of random ones; their size is a third of the distance between the eye and where it looks.
+//
+// --sampled is for fields for which the oracle takes too long: of each ray F is asked at N places, in double, as far as four times that distance, and the first
+// where it is positive is narrowed by halves. What the device meets earlier counts as an edge where F turns positive there: it is thinner than a step. Places
+// alone are compared. ./dev bench asks colonnade.vm and bear.vm so.
 // N scenes of each class are rendered N x N, a ray a pixel, through the public API. Of each ray are compared: whether it hits, where (depth), with which normal, which
 // object, and the colour, in which the shadows are. What counts as wrong:
 //
@@ -44,7 +48,7 @@ enum { RING = 8, NEIGHBOURS = 2 * RING };
 static const double EDGE = 1e-5, FAR = 1e-4, REACH = 65536;
 
 typedef struct Options {
-    int scenes, size, lanes;
+    int scenes, size, lanes, sampled;
     unsigned long long first;
     const char *only, *keep;
     bool verbose;
@@ -81,6 +85,35 @@ typedef struct Answer { // the oracle's, of one ray
     OracleHit at;
 } Answer;
 
+static bool inside_at(const Comparison *c, const OracleRay *ray, double t)
+{
+    double point[3];
+    for (int i = 0; i < 3; i++) point[i] = ray->origin[i] + t * ray->direction[i];
+    return oracle_field(c->oracle, point, NULL) > 0;
+}
+
+// The first of many places that is inside.
+static bool sampled_hit(const Comparison *c, const OracleRay *ray, OracleHit *hit)
+{
+    double step = 12 * c->scene->size / c->options->sampled, low = 0, high = 0;
+    int k = 0;
+    *hit = (OracleHit){0};
+    while (k <= c->options->sampled && !inside_at(c, ray, k * step)) k++;
+    if (k > c->options->sampled) return false;
+    if (k) low = (k - 1) * step, high = k * step;
+    for (int n = 0; n < 60 && high > low; n++) {
+        double middle = low + (high - low) / 2;
+        *(inside_at(c, ray, middle) ? &high : &low) = middle;
+    }
+    hit->t = high;
+    return true;
+}
+
+static bool meets(const Comparison *c, const OracleRay *ray, OracleHit *hit)
+{
+    return c->options->sampled ? sampled_hit(c, ray, hit) : oracle_hit(c->oracle, ray, hit);
+}
+
 // The rays around one: begun aside of it by EDGE of the size, and turned away by EDGE.
 static void neighbours(const Comparison *c, const OracleRay *ray, Answer out[NEIGHBOURS])
 {
@@ -99,7 +132,7 @@ static void neighbours(const Comparison *c, const OracleRay *ray, Answer out[NEI
             other.direction[i] += aside;
             other.origin[i] += c->scene->size * aside;
         }
-        out[k].hit = oracle_hit(c->oracle, &other, &out[k].at);
+        out[k].hit = meets(c, &other, &out[k].at);
     }
 }
 
@@ -296,13 +329,19 @@ static void compare_ray(Comparison *c, int x, int y)
     bool hit = isfinite(depth);
     Answer here;
     Tally *tally = c->tally;
-    here.hit = oracle_hit(c->oracle, &ray, &here.at);
+    here.hit = meets(c, &ray, &here.at);
     tally->rays++;
     tally->hits += here.hit;
     if (!here.hit && !hit) return;
     if (here.hit && hit && same_place(c, t, here.at.t)) {
         add_error(tally, fabs(t - here.at.t) / fmax(c->scene->size, here.at.t));
-        compare_surface(c, x, y, &ray, &here, pixel);
+        if (!c->options->sampled) compare_surface(c, x, y, &ray, &here, pixel);
+        return;
+    }
+    double apart = FAR * fmax(c->scene->size, fabs(t));
+    if (c->options->sampled && hit && (!here.hit || t < here.at.t) && !inside_at(c, &ray, t - apart) &&
+        inside_at(c, &ray, t + apart)) {
+        tally->edge_hit++;
         return;
     }
     Answer around[NEIGHBOURS];
@@ -487,12 +526,14 @@ static bool read_options(int argc, char **argv, Options *o)
             o->lanes = atoi(value);
         else if (!strcmp(argv[k - 1], "--keep"))
             o->keep = value;
+        else if (!strcmp(argv[k - 1], "--sampled"))
+            o->sampled = atoi(value);
         else
             return false;
     }
     o->files = argv + k;
     o->file_count = argc - k;
-    return o->scenes > 0 && o->size > 0 && o->size <= 4096;
+    return o->scenes > 0 && o->size > 0 && o->size <= 4096 && o->sampled >= 0;
 }
 
 int main(int argc, char **argv)
@@ -500,7 +541,7 @@ int main(int argc, char **argv)
     Options o;
     if (!read_options(argc, argv, &o)) {
         fprintf(stderr, "usage: scn-property [--scenes N] [--size N] [--first SEED] [--class NAME] [--lanes 1|16] "
-                        "[--keep FOLDER] [--verbose] [SCENE.scn ...]\n");
+                        "[--keep FOLDER] [--sampled N] [--verbose] [SCENE.scn ...]\n");
         return 2;
     }
     size_t pixels = (size_t)o.size * (size_t)o.size;
