@@ -5,7 +5,7 @@
 // With scenes named, those are compared instead of random ones; their size is a third of the distance between the eye and where it looks.
 //
 // --sampled is for fields for which the oracle takes too long: of each ray F is asked at N places, in double, as far as four times that distance, and the first
-// where it is positive is narrowed by halves. What the device meets earlier counts as an edge where F turns positive there: it is thinner than a step. Places
+// between which it changes its sign are narrowed by halves. What the device meets earlier counts as an edge where F changes its sign there: it is thinner than a step. Places
 // alone are compared. ./dev bench asks colonnade.vm and bear.vm so.
 // N scenes of each class are rendered N x N, a ray a pixel, through the public API. Of each ray are compared: whether it hits, where (depth), with which normal, which
 // object, and the colour, in which the shadows are. What counts as wrong:
@@ -92,21 +92,21 @@ static bool inside_at(const Comparison *c, const OracleRay *ray, double t)
     return oracle_field(c->oracle, point, NULL) > 0;
 }
 
-// The first of many places that is inside.
+// The first of many places that is inside, or, of a ray that begins inside, that is not.
 static bool sampled_hit(const Comparison *c, const OracleRay *ray, OracleHit *hit)
 {
-    double step = 12 * c->scene->size / c->options->sampled, low = 0, high = 0;
-    int k = 0;
-    *hit = (OracleHit){0};
-    while (k <= c->options->sampled && !inside_at(c, ray, k * step)) k++;
-    if (k > c->options->sampled) return false;
-    if (k) low = (k - 1) * step, high = k * step;
-    for (int n = 0; n < 60 && high > low; n++) {
+    double step = 12 * c->scene->size / c->options->sampled;
+    bool inside = inside_at(c, ray, 0);
+    int k = 1;
+    *hit = (OracleHit){.leaving = inside};
+    while (k <= c->options->sampled && inside_at(c, ray, k * step) == inside) k++;
+    double low = (k - 1) * step, high = k * step;
+    for (int n = 0; n < 60; n++) {
         double middle = low + (high - low) / 2;
-        *(inside_at(c, ray, middle) ? &high : &low) = middle;
+        *(inside_at(c, ray, middle) == inside ? &low : &high) = middle;
     }
     hit->t = high;
-    return true;
+    return k <= c->options->sampled;
 }
 
 static bool meets(const Comparison *c, const OracleRay *ray, OracleHit *hit)
@@ -339,8 +339,8 @@ static void compare_ray(Comparison *c, int x, int y)
         return;
     }
     double apart = FAR * fmax(c->scene->size, fabs(t));
-    if (c->options->sampled && hit && (!here.hit || t < here.at.t) && !inside_at(c, &ray, t - apart) &&
-        inside_at(c, &ray, t + apart)) {
+    if (c->options->sampled && hit && (!here.hit || t < here.at.t) &&
+        inside_at(c, &ray, t - apart) != inside_at(c, &ray, t + apart)) {
         tally->edge_hit++;
         return;
     }
