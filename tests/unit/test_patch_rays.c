@@ -1,4 +1,5 @@
-// Rays against dense sampling in double: on a displaced sphere, and on a patch as a sheet.
+// Rays against dense sampling in double: on a displaced sphere, a displaced free form, a patch as a sheet and one as a solid.
+// (Thick patches, and sheets that fold, are no functions of x and y: tests/unit/test_patch_thick.c.)
 //
 // Each picture is 320 x 320 rays. The function of the object is sampled along each of them, in double, from the patch as
 // the host solves it; where it changes its sign the renderer must have met the surface there or before, and where the
@@ -38,6 +39,21 @@ static double displaced_sphere(PatchSolve *solve, const double p[3])
     double f = (1 - p[0] * p[0] - p[1] * p[1] - p[2] * p[2]) / 2, u = p[0] + 0.5, v = p[1] + 0.5;
     bool within = u >= 0 && u <= 1 && v >= 0 && v <= 1 && p[2] >= 0.3 && p[2] <= 2.5;
     return -(f + (within ? height_at(solve, u, v) : 0));
+}
+
+// 1 − r² with a bump of half the cube of a quadric, which the footprint covers in part; |∇F| = 2 in the footprint's middle.
+static double displaced_form(PatchSolve *solve, const double p[3])
+{
+    double f = 1 - p[0] * p[0] - p[1] * p[1] - p[2] * p[2], u = p[0] + 0.4, v = p[1] + 0.5;
+    double x = p[0] - 0.5, z = p[2] - 0.8, q = 0.6 - 9 * (x * x + p[1] * p[1] + z * z);
+    bool within = u >= 0 && u <= 1 && v >= 0 && v <= 1 && p[2] >= 0.2 && p[2] <= 2.5;
+    return -(f + (q > 0 ? 0.5 * q * q * q : 0) + (within ? 2 * height_at(solve, u, v) : 0));
+}
+
+static double solid(PatchSolve *solve, const double p[3])
+{
+    bool within = p[0] >= 0 && p[0] <= 1 && p[1] >= 0 && p[1] <= 1;
+    return within ? fmax(p[2] - height_at(solve, p[0], p[1]), -0.3 - p[2]) : 1;
 }
 
 static double height_field(PatchSolve *solve, const double p[3])
@@ -159,11 +175,31 @@ static void no_root_of_a_sheet_is_missed(void **state)
     compare("patch p { grid: 17; edge(u: 0) { tangent: 3; }; }\np;\n", height_field, &look, 1, 7);
 }
 
+static void no_root_of_a_displaced_free_form_is_missed(void **state)
+{
+    static const Look look = {{2.1, -2.9, 2.3}, {0.1, 0, 0.2}, 2.9};
+    compare("patch p { grid: 17; force: (0, 0, 300 * sin(540deg * v)); edge(v: 1) { tangent: -0.5; } }\n"
+            "freeform(quadric(-1, -1, -1, 0, 0, 0, 0, 0, 0, 1)) {\n"
+            "    perturb(quadric(-9, -9, -9, 0, 0, 0, 9, 0, 14.4, -7.41), strength: 0.5);\n"
+            "}.displace(by: p, corner: (-0.4, -0.5, 0), u: (1, 0, 0), v: (0, 1, 0), caps: 0.2 .. 2.5);\n",
+            displaced_form, &look, 2, 7);
+}
+
+static void no_root_of_a_solid_is_missed(void **state)
+{
+    static const Look look = {{2.6, -2.9, 1.9}, {0.5, 0.5, 0.1}, 2.1};
+    compare("patch p { grid: 17; force: (0, 0, 600 * sin(540deg * u)); edge(u: 0) { tangent: 2; }; }\n"
+            "p.solid(floor: -0.3);\n",
+            solid, &look, 2, 7);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(no_root_of_a_displaced_sphere_is_missed),
+        cmocka_unit_test(no_root_of_a_displaced_free_form_is_missed),
         cmocka_unit_test(no_root_of_a_sheet_is_missed),
+        cmocka_unit_test(no_root_of_a_solid_is_missed),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
