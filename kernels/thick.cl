@@ -210,74 +210,127 @@ INLINE float most16_of(float16 x)
     return -least16_of(-x);
 }
 
-// How far three coordinates are from those of a way, at most.
-INLINE float thick_spread(float16 x, float16 y, float16 z, float3 way)
+// Control values of polynomials of lower degrees as those of bicubics: of three values along s or t that thick_steps_…() give, and of two.
+#define THICK_THIRDS (float4)(1.0f, 1.0f / 3.0f, 2.0f / 3.0f, 1.0f)
+
+INLINE float16 thick_three_s(float16 d)
 {
-    x -= way.x;
-    y -= way.y;
-    z -= way.z;
-    return sqrt(most16_of(x * x + y * y + z * z));
+    return mix(d.s0123456789ab89ab, d.s01230123456789ab, (float16)((float4)(1.0f), (float4)(1.0f / 3.0f), (float4)(2.0f / 3.0f), (float4)(1.0f)));
 }
 
-// What second derivatives add to those of the squared distance over a piece: bounds of their products with the way from a place to the piece, and that of their mean.
-typedef struct ThickBend {
-    float low, size;
-    float3 mean;
-} ThickBend;
-
-INLINE ThickBend thick_bend(float16 x, float16 y, float16 z, float3 way, float reach)
+INLINE float16 thick_three_t(float16 d)
 {
-    ThickBend bend;
-    float16 along = x * way.x + y * way.y + z * way.z;
-    float slack = reach * sqrt(most16_of(x * x + y * y + z * z));
-    bend.low = least16_of(along) - slack;
-    bend.size = most16_of(fabs(along)) + slack;
-    bend.mean = (float3)(sum16_of(x), sum16_of(y), sum16_of(z)) / 16.0f;
-    return bend;
+    return mix(d.s0122456689aacdee, d.s00124456889accde, (float16)(THICK_THIRDS, THICK_THIRDS, THICK_THIRDS, THICK_THIRDS));
 }
 
-// The second derivatives of half the squared distance from a place, which is `way` before the middle of the chords, where that is convex over the piece.
+INLINE float16 thick_two_s(float16 d)
+{
+    return mix(d.s4567456701230123, d.s0123012345674567, (float16)((float4)(1.0f), (float4)(2.0f / 3.0f), (float4)(2.0f / 3.0f), (float4)(1.0f)));
+}
+
+INLINE float16 thick_two_t(float16 d)
+{
+    float4 w = (float4)(1.0f, 2.0f / 3.0f, 2.0f / 3.0f, 1.0f);
+    return mix(d.s110055449988ddcc, d.s001144558899ccdd, (float16)(w, w, w, w));
+}
+
+INLINE float thick_mean(float16 x)
+{
+    return sum16_of(x) / 16.0f;
+}
+
+// The second derivatives of half the squared distance from a place, which is `way` before the middle of the chords, and from those up to `back` away.
+//
+// They are J'J + D·P'', J the slopes, D the way to the surface. Parameters are taken in which the chords are e and f: J is then near 1 in their plane, and what it is out of
+// the plane adds nothing negative; so a slope that turns with the surface costs its square. `modulus` is below the least eigenvalue in these parameters: where it is positive
+// the function is convex over the piece. `drift` is above how fast the surface goes along a unit vector there.
 typedef struct ThickConvex {
     float3 ss, st, tt; // of the surface, their means
-    int holds;
+    float modulus, drift;
 } ThickConvex;
 
-static NOINLINE void thick_convex(const ThickPiece *p, float3 way, ThickConvex *convex)
+// Vectors along the piece's axes.
+INLINE void thick_axes(const ThickPiece *p, float16 x, float16 y, float16 z, ThickCell *turned)
+{
+    turned->x = x * p->e.x + y * p->e.y + z * p->e.z;
+    turned->y = x * p->f.x + y * p->f.y + z * p->f.z;
+    turned->z = x * p->n.x + y * p->n.y + z * p->n.z;
+}
+
+// The least product of one of the vectors with one of a box, and the largest size of one.
+INLINE float thick_least(const ThickCell *v, float3 middle, float3 room)
+{
+    return least16_of(v->x * middle.x + v->y * middle.y + v->z * middle.z - (fabs(v->x) * room.x + fabs(v->y) * room.y + fabs(v->z) * room.z));
+}
+
+INLINE float thick_size(const ThickCell *v, float3 middle, float3 room)
+{
+    return most16_of(fabs(v->x * middle.x + v->y * middle.y + v->z * middle.z) + (fabs(v->x) * room.x + fabs(v->y) * room.y + fabs(v->z) * room.z));
+}
+
+static NOINLINE void thick_convex(const ThickPiece *p, float3 way, float back, float3 along, ThickConvex *convex)
 {
     const ThickCell *own = &p->own;
+    convex->modulus = 0.0f;
+    if (!(p->chord_u > 1e-12f) || !(fabs(p->across_v) > 1e-12f)) return;
+    float i = 1.0f / p->chord_u, j = 1.0f / p->across_v, k = p->along_v * i;
     float16 xs = 3.0f * thick_steps_s(own->x), ys = 3.0f * thick_steps_s(own->y), zs = 3.0f * thick_steps_s(own->z);
     float16 xt = 3.0f * thick_steps_t(own->x), yt = 3.0f * thick_steps_t(own->y), zt = 3.0f * thick_steps_t(own->z);
-    float reach = sqrt(most16_of(own->x * own->x + own->y * own->y + own->z * own->z));
-    // Steps of steps: along s a cubic has two, of which steps_s() takes the first three of its four.
+    // How far the slopes are from e and f, along the three axes.
+    float16 x1 = i * thick_three_s(xs), y1 = i * thick_three_s(ys), z1 = i * thick_three_s(zs);
+    float16 x2 = j * thick_three_t(xt) - (j * p->along_v) * x1, y2 = j * thick_three_t(yt) - (j * p->along_v) * y1, z2 = j * thick_three_t(zt) - (j * p->along_v) * z1;
+    ThickCell p1, p2;
+    thick_axes(p, x1, y1, z1, &p1);
+    thick_axes(p, x2, y2, z2, &p2);
+    p1.x -= 1.0f;
+    p2.y -= 1.0f;
+    float stretch = 1.0f - sqrt(most16_of(p1.x * p1.x + p1.y * p1.y) + most16_of(p2.x * p2.x + p2.y * p2.y));
+    if (!(stretch > 0.0f)) return;
+    float drift_1 = most16_of(fabs(x1 * along.x + y1 * along.y + z1 * along.z)), drift_2 = most16_of(fabs(x2 * along.x + y2 * along.y + z2 * along.z));
+    convex->drift = sqrt(drift_1 * drift_1 + drift_2 * drift_2);
+    // Steps of steps: along s a cubic has two, of which thick_steps_s() takes the first three of its four.
     float16 xss = 2.0f * (xs.s456789ab89ab89ab - xs.s0123456745674567), yss = 2.0f * (ys.s456789ab89ab89ab - ys.s0123456745674567);
     float16 zss = 2.0f * (zs.s456789ab89ab89ab - zs.s0123456745674567);
     float16 xtt = 2.0f * (xt.s122256669aaadeee - xt.s011145558999cddd), ytt = 2.0f * (yt.s122256669aaadeee - yt.s011145558999cddd);
     float16 ztt = 2.0f * (zt.s122256669aaadeee - zt.s011145558999cddd);
-    ThickBend ss = thick_bend(xss, yss, zss, way, reach), tt = thick_bend(xtt, ytt, ztt, way, reach);
-    ThickBend st = thick_bend(3.0f * thick_steps_t(xs), 3.0f * thick_steps_t(ys), 3.0f * thick_steps_t(zs), way, reach);
-    float u = sqrt(dot_of(p->u, p->u)), v = sqrt(dot_of(p->v, p->v)), off_u = thick_spread(xs, ys, zs, p->u), off_v = thick_spread(xt, yt, zt, p->v);
-    float least_u = max(u - off_u, 0.0f), least_v = max(v - off_v, 0.0f);
-    float a = least_u * least_u + ss.low, c = least_v * least_v + tt.low;
-    float b = fabs(dot_of(p->u, p->v)) + u * off_v + v * off_u + off_u * off_v + st.size;
-    convex->holds = a > 0.0f && c > 0.0f && a * c > b * b;
-    convex->ss = ss.mean;
-    convex->st = st.mean;
-    convex->tt = tt.mean;
+    float16 xst = 3.0f * thick_steps_t(xs), yst = 3.0f * thick_steps_t(ys), zst = 3.0f * thick_steps_t(zs);
+    // In the piece's axes, where what is large of the way is small of these: the extent along the piece and the bend out of it.
+    float3 middle = thick_turned(p, way) + p->middle, room = p->extent + back * fabs(thick_turned(p, along));
+    ThickCell ss, st, tt;
+    thick_axes(p, xss, yss, zss, &ss);
+    thick_axes(p, xst, yst, zst, &st);
+    thick_axes(p, xtt, ytt, ztt, &tt);
+    ss = (ThickCell){thick_two_s(ss.x), thick_two_s(ss.y), thick_two_s(ss.z)};
+    st = (ThickCell){thick_three_t(thick_three_s(st.x)), thick_three_t(thick_three_s(st.y)), thick_three_t(thick_three_s(st.z))};
+    tt = (ThickCell){thick_two_t(tt.x), thick_two_t(tt.y), thick_two_t(tt.z)};
+    ThickCell bent_1 = {i * i * ss.x, i * i * ss.y, i * i * ss.z};
+    ThickCell bent_2 = {j * j * (tt.x - 2.0f * k * st.x + k * k * ss.x), j * j * (tt.y - 2.0f * k * st.y + k * k * ss.y), j * j * (tt.z - 2.0f * k * st.z + k * k * ss.z)};
+    ThickCell twist = {i * j * (st.x - k * ss.x), i * j * (st.y - k * ss.y), i * j * (st.z - k * ss.z)};
+    convex->modulus = stretch * stretch + min(thick_least(&bent_1, middle, room), thick_least(&bent_2, middle, room)) - thick_size(&twist, middle, room);
+    convex->ss = (float3)(thick_mean(xss), thick_mean(yss), thick_mean(zss));
+    convex->st = (float3)(thick_mean(xst), thick_mean(yst), thick_mean(zst));
+    convex->tt = (float3)(thick_mean(xtt), thick_mean(ytt), thick_mean(ztt));
 }
 
-// Goes to the place of the piece that is nearest to one `way` before its middle, where the distance is convex. Returns below what the square of it cannot be.
-static NOINLINE float thick_settle(const ThickPiece *p, const ThickConvex *convex, float3 way, float2 *st)
+// Where thick_settle() ends.
+typedef struct ThickSettled {
+    float2 st;    // in the piece
+    float3 to;    // from the place outside to that of the surface
+    float bound;  // below the square of the distance to any place of the piece
+    float excess; // of the square of `to` over that
+} ThickSettled;
+
+// Goes to the place of the piece that is nearest to one `way` before its middle, where the distance is convex.
+static NOINLINE void thick_settle(const ThickPiece *p, const ThickConvex *convex, float3 way, ThickSettled *settled)
 {
-    float bound = 0.0f;
-    float2 at = *st;
+    float2 at = settled->st;
     for (int turn = 0; turn < 4; turn++) {
         float4 us = thick_weights(at.x), vs = thick_weights(at.y);
         float3 to = way + thick_sum(&p->own, us, vs), by_s = thick_sum(&p->own, thick_slopes(at.x), vs), by_t = thick_sum(&p->own, us, thick_slopes(at.y));
         float g = dot_of(by_s, to), h = dot_of(by_t, to), square = dot_of(to, to);
         // A convex function is above its tangent plane.
         float below = square + 2.0f * (min(-g * at.x, g * (1.0f - at.x)) + min(-h * at.y, h * (1.0f - at.y)));
-        bound = max(bound, below);
-        *st = at;
+        *settled = (ThickSettled){at, to, below, square - below};
         if (square - below <= 1e-6f * square || turn == 3) break;
         float a = dot_of(by_s, by_s) + dot_of(to, convex->ss), b = dot_of(by_s, by_t) + dot_of(to, convex->st), c = dot_of(by_t, by_t) + dot_of(to, convex->tt);
         float det = a * c - b * b;
@@ -287,7 +340,6 @@ static NOINLINE float thick_settle(const ThickPiece *p, const ThickConvex *conve
         else if (next.y != at.y + step.y) next.x = clamp(at.x - (g + b * (next.y - at.y)) / a, 0.0f, 1.0f);
         at = next;
     }
-    return bound;
 }
 
 // Parameters of the piece as those of its cell, and back.
@@ -340,22 +392,29 @@ INLINE void thick_meet(const ThickRay *ray, float3 centre, float from, int known
     *best = min(*best, max(low, from));
 }
 
-// Whether no ball about a place of the piece is entered before `best` by more than the tolerance; lowers `best` to where one that there is is entered.
-static int thick_settles(const ThickRay *ray, const ThickCell *cell, ThickBox box, const ThickPiece *piece, float2 st, float from, int known, float *best)
+// Whether no ball about a place of the piece is entered before `best` by more than the tolerance; lowers `best` to where one that there is is entered. `low` is what none
+// can be before.
+//
+// If from no place of the ray between `low` and `best` the piece is within the radius, that is so. Where the distance is convex, from the last of them its least is known;
+// and from those before it is greater, if from each the nearest place of the piece is ahead. How far that one has moved is bounded by the drift and the modulus.
+static int thick_settles(const ThickRay *ray, const ThickCell *cell, ThickBox box, const ThickPiece *piece, float2 st, float from, int known, float low, float *best)
 {
-    ThickConvex convex = {.holds = 0};
-    float2 inner = thick_inner(box, st);
+    ThickConvex convex;
+    ThickSettled settled = {.st = thick_inner(box, st)};
+    float back = *best - low;
     for (int turn = 0; turn < 4; turn++) {
-        float before = *best - ray->tolerance;
-        float3 at = ray->from + before * ray->way, way = piece->about - at;
-        // All places are ahead: who has entered one of their balls before is in it still.
-        float3 d = thick_turned(piece, ray->way), off = thick_local(piece, at) - piece->middle;
-        if (!(-dot_of(off, d) >= dot_of(fabs(d), piece->extent))) return 0;
-        if (turn == 0) thick_convex(piece, way, &convex);
-        if (!convex.holds) return 0;
-        if (thick_settle(piece, &convex, way, &inner) >= ray->radius * ray->radius) return 1;
+        float3 at = ray->from + (*best - ray->tolerance) * ray->way, way = piece->about - at;
+        if (turn == 0) {
+            thick_convex(piece, way, back, ray->way, &convex);
+            if (!(convex.modulus > 0.0f)) return 0;
+        }
+        thick_settle(piece, &convex, way, &settled);
+        if (settled.bound >= ray->radius * ray->radius) {
+            float moved = convex.drift * convex.drift / convex.modulus - 1.0f, unsure = convex.drift * sqrt(0.5f * max(settled.excess, 0.0f) / convex.modulus);
+            return dot_of(settled.to, ray->way) >= back * max(moved, 0.0f) + unsure;
+        }
         float entry, last = *best;
-        thick_meet(ray, thick_place(cell, thick_outer(box, inner)), from, known, best, &entry);
+        thick_meet(ray, thick_place(cell, thick_outer(box, settled.st)), from, known, best, &entry);
         if (!(*best < last)) return 0;
     }
     return 0;
@@ -388,7 +447,7 @@ static NOINLINE float thick_enter(const ThickRay *ray, const ThickCell *cell, fl
         float2 better = thick_nearer(cell, st, ray->from + max(entry, low) * ray->way);
         thick_meet(ray, thick_place(cell, better), from, known, &best, &entry);
         if (look || low >= best - tolerance || thick_is_small(&piece, box, tolerance) || count + 2 > THICK_DEPTH) continue;
-        if (best < INFINITY && thick_settles(ray, cell, box, &piece, better, from, known, &best)) continue;
+        if (best < INFINITY && thick_settles(ray, cell, box, &piece, better, from, known, low, &best)) continue;
         ThickBox first = box, second = box;
         int upper;
         if (thick_splits_s(&piece, box)) {
@@ -440,13 +499,13 @@ static NOINLINE void thick_nearest(ThickNearest *nearest, const ThickCell *cell,
         if (gap >= nearest->distance - tolerance || thick_is_small(&piece, box, tolerance) || count + 2 > THICK_DEPTH) continue;
         ThickConvex convex;
         float3 way = piece.about - nearest->at;
-        thick_convex(&piece, way, &convex);
-        if (convex.holds) {
-            float2 inner = thick_inner(box, st);
-            float bound = thick_settle(&piece, &convex, way, &inner);
-            thick_compare(nearest, thick_place(cell, thick_outer(box, inner)));
+        thick_convex(&piece, way, 0.0f, (float3)(0.0f), &convex);
+        if (convex.modulus > 0.0f) {
+            ThickSettled settled = {.st = thick_inner(box, st)};
+            thick_settle(&piece, &convex, way, &settled);
+            thick_compare(nearest, thick_place(cell, thick_outer(box, settled.st)));
             float limit = max(nearest->distance - tolerance, 0.0f);
-            if (bound >= limit * limit) continue;
+            if (settled.bound >= limit * limit) continue;
         }
         ThickBox first = box, second = box;
         if (thick_splits_s(&piece, box)) first.s1 = second.s0 = 0.5f * (box.s0 + box.s1);

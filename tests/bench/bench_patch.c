@@ -5,6 +5,10 @@
 // Every patch is the literature's case 3d with slopes on all components, so that all three have work; "x3 only" is the
 // same as a height field, whose first two components rest. Milliseconds are of one step of all patches together: wall
 // time, and time of the process on all cores. --quick does a few steps of each, to see that it runs.
+//
+// Then through scenes, as `scn render` does it: a hundred patches whose force is another in each of their steps, in frames of 24 a second at 64 x 64
+// pixels (a step is a frame's time by its steps: the picture is in it); and pictures of one patch at 512 x 512, as a sheet, of a thickness, and of a thickness among
+// set operations.
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -12,6 +16,7 @@
 #include <time.h>
 
 #include "runtime/patch_device.h"
+#include "runtime/scn.h"
 #include "tests/unit/patch_cases.h"
 
 typedef struct Options {
@@ -164,6 +169,59 @@ static void measure_host(int nodes, const Options *options)
     patch_edges_free(edges);
 }
 
+static void frame_of(ScnScene *scene, int frame, int size)
+{
+    float *color = malloc((size_t)size * (size_t)size * 4 * sizeof *color);
+    ScnFrameDesc desc = {.width = size, .height = size, .time = frame / 24.0, .frame = frame, .color = color};
+    if (!color || scn_render(scene, &desc) != SCN_OK) die(color ? scn_error(scene) : "out of memory");
+    free(color);
+}
+
+// Milliseconds of each of `count` frames after the first, `spacing` frames apart.
+static Cost frames_of(const char *text, int size, int spacing, int count, const Options *options)
+{
+    ScnScene *scene = scn_load(&(ScnSceneDesc){.bytes = text,
+                                               .size = strlen(text),
+                                               .device = "cpu",
+                                               .threads = options->threads,
+                                               .no_cache = true,
+                                               .quick = options->quick});
+    if (scn_status(scene) != SCN_OK) die(scn_diagnostics_text(scene, false));
+    frame_of(scene, 1, size);
+    double wall = clock_ms(CLOCK_MONOTONIC), cpu = clock_ms(CLOCK_PROCESS_CPUTIME_ID);
+    for (int k = 1; k <= count; k++) frame_of(scene, 1 + k * spacing, size);
+    Cost cost = {(clock_ms(CLOCK_MONOTONIC) - wall) / count, (clock_ms(CLOCK_PROCESS_CPUTIME_ID) - cpu) / count, 0};
+    scn_free(scene);
+    return cost;
+}
+
+static void measure_scenes(const Options *options)
+{
+    static const char hundred[] =
+        "scn 1;\ncamera { eye: (5, -16, 12); look_at: (5.5, 5, 0); up: (0, 0, 1); fov: 40deg; }\n"
+        "fn skin(k: int) -> patch { patch(grid: 33, force: (0, 0, 100 * sin(360deg * (time / 1s) + k * 20deg))) }\n"
+        "for k in 0 .. 100 { skin(k).move(1.1 * mod(k, 10), 1.1 * floor(k / 10), 0); }\n";
+    static const char patch[] =
+        "scn 1;\ncamera { eye: (2.6, -2.9, 1.9); look_at: (0.5, 0.5, 0.1); up: (0, 0, 1); fov: 26deg; }\n"
+        "light { direction: (0.9, 0.3, -0.8); }\npatch p { grid: 17; start: (u, v, 4 * u * (1 - u) * v * (1 - v) * "
+        "sin(540deg * u)); }\n";
+    static const char *const shown[][2] = {
+        {"a sheet, 512 x 512", "p;\n"},
+        {"of a thickness, 512 x 512", "p.thicken(thickness: 0.12);\n"},
+        {"of a thickness less a sphere", "p.thicken(thickness: 0.12) - sphere(0.3).move(0.5, 0.5, 0);\n"},
+    };
+    double steps = 1000.0 / 24;
+    Cost cost = frames_of(hundred, 64, 1, options->quick ? 1 : 6, options);
+    print_row(&(Row){.name = "in a rendered scene", .nodes = 33, .patches = 100, .bound = 1000.0 / 60},
+              (Cost){cost.wall / steps, cost.cpu / steps, 0}, options);
+    for (int k = 0; k < 3; k++) {
+        char text[600];
+        snprintf(text, sizeof text, "%s%s", patch, shown[k][1]);
+        cost = frames_of(text, options->quick ? 64 : 512, 0, options->quick ? 1 : 3, options);
+        print_row(&(Row){.name = shown[k][0], .nodes = 17, .patches = 1}, cost, options);
+    }
+}
+
 int main(int argc, char **argv)
 {
     Options options = {.threads = 2};
@@ -202,5 +260,6 @@ int main(int argc, char **argv)
     measure_host(65, &options);
     measure_host(129, &options);
     device_close(device);
+    measure_scenes(&options);
     return 0;
 }
