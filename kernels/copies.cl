@@ -12,20 +12,17 @@ typedef struct Copies {
 
 #define IS_HEADER(copies, id) ((copies).nodes && (copies).nodes[id].count == NODE_COPIES)
 
-// Where a part can be seen: 0 if nowhere in the rectangle.
-static int part_meets(const Copies *c, __global const CopyRecord *copy, __global const ClusterPart *part, const Rect *rect, float *box)
+// Where a part can be seen, as BOX_ARRAYS are.
+static void part_box(const Copies *c, __global const CopyRecord *copy, __global const ClusterPart *part, float *box)
 {
     float low[3], high[3];
-    if (part->root == 0.0f) return 0;
-    if (part->extent[0] == INFINITY) {
-        box[0] = box[2] = box[4] = -INFINITY;
-        box[1] = box[3] = INFINITY;
-        return 1;
-    }
+    box[BOX_U_LOW] = box[BOX_V_LOW] = box[BOX_W_LOW] = -INFINITY;
+    box[BOX_U_HIGH] = box[BOX_V_HIGH] = INFINITY;
+    if (part->extent[0] == INFINITY) return;
     for (int k = 0; k < 3; k++) {
         __global const float *r = copy->rows + 4 * k, *e = part->extent;
         float middle = r[0] * part->middle[0] + r[1] * part->middle[1] + r[2] * part->middle[2] + r[3];
-        float square = r[0] * (r[0] * e[0] + 2.0f * (r[1] * e[3] + r[2] * e[4])) + r[1] * (r[1] * e[1] + 2.0f * r[2] * e[5]) + r[2] * r[2] * e[2];
+        float square = r[0] * (r[0] * e[0] + 2.0f * (r[1] * e[3] + r[2] * e[BOX_W_LOW])) + r[1] * (r[1] * e[1] + 2.0f * r[2] * e[5]) + r[2] * r[2] * e[2];
         float reach = sqrt(max(square, 0.0f));
         float size = fabs(r[0] * part->middle[0]) + fabs(r[1] * part->middle[1]) + fabs(r[2] * part->middle[2]) + fabs(r[3]) + reach;
         float margin = 8e-6f * (1.0f + size);
@@ -34,11 +31,7 @@ static int part_meets(const Copies *c, __global const CopyRecord *copy, __global
     }
     if (c->kappa > 0.0f) { // U = a / (1 + kappa c), and the least of it where the divisor is the least or the largest
         float near = 1.0f + c->kappa * low[2], far = 1.0f + c->kappa * high[2];
-        if (!(near > 1e-3f)) { // about the eye
-            box[0] = box[2] = box[4] = -INFINITY;
-            box[1] = box[3] = INFINITY;
-            return 1;
-        }
+        if (!(near > 1e-3f)) return; // about the eye
         for (int k = 0; k < 2; k++) {
             low[k] = low[k] / (low[k] < 0.0f ? near : far);
             high[k] = high[k] / (high[k] > 0.0f ? near : far);
@@ -46,17 +39,26 @@ static int part_meets(const Copies *c, __global const CopyRecord *copy, __global
         low[2] = low[2] / near;
         high[2] = high[2] / far;
     }
-    box[0] = low[0], box[1] = high[0], box[2] = low[1], box[3] = high[1], box[4] = low[2];
-    return low[0] <= rect->u_high && high[0] >= rect->u_low && low[1] <= rect->v_high && high[1] >= rect->v_low && low[2] <= rect->w_high;
+    box[BOX_U_LOW] = low[0], box[BOX_U_HIGH] = high[0], box[BOX_V_LOW] = low[1], box[BOX_V_HIGH] = high[1], box[BOX_W_LOW] = low[2];
+}
+
+// Whether the rectangle meets a part, and the box that lists have of it: cut from that of its header, `whole`, so that no list has it without the header.
+static int part_meets(const Copies *c, __global const CopyRecord *copy, __global const ClusterPart *part, const float *whole, const Rect *rect, float *box)
+{
+    if (part->root == 0.0f) return 0;
+    part_box(c, copy, part, box);
+    for (int k = 0; k < BOX_ARRAYS; k++) box[k] = k == BOX_U_HIGH || k == BOX_V_HIGH ? min(box[k], whole[k]) : max(box[k], whole[k]);
+    return box[BOX_U_LOW] <= rect->u_high && box[BOX_U_HIGH] >= rect->u_low && box[BOX_V_LOW] <= rect->v_high && box[BOX_V_HIGH] >= rect->v_low &&
+           box[BOX_W_LOW] <= rect->w_high;
 }
 
 // How many parts of a copy a list for the rectangle gets.
-static uint copy_count(const Copies *c, uint id, const Rect *rect)
+static uint copy_count(const Copies *c, uint id, const float *whole, const Rect *rect)
 {
     __global const CopyRecord *copy = (__global const CopyRecord *)(c->records + id + 1u);
     uint count = 0;
-    float box[5];
-    for (uint k = 0; k < copy->count; k++) count += part_meets(c, copy, c->parts + copy->first + k, rect, box) ? 1 : 0;
+    float box[BOX_ARRAYS];
+    for (uint k = 0; k < copy->count; k++) count += part_meets(c, copy, c->parts + copy->first + k, whole, rect, box) ? 1 : 0;
     return count;
 }
 
@@ -171,16 +173,16 @@ static QuadricRecord part_record(const Folded *f, double factor, float w_low)
 
 // Adds the parts of a copy that the rectangle meets to a list, at its place `at`, with their boxes in arrays of `capacity` floats unless these are NULL.
 // Returns the next place, which may be beyond the capacity.
-static NOINLINE uint copy_append(const Copies *c, uint id, const Rect *rect, __global uint *ids, __global float *boxes, uint capacity, uint at)
+static NOINLINE uint copy_append(const Copies *c, uint id, const float *whole, const Rect *rect, __global uint *ids, __global float *boxes, uint capacity, uint at)
 {
     __global const CopyRecord *copy = (__global const CopyRecord *)(c->records + id + 1u);
-    float box[5];
+    float box[BOX_ARRAYS];
     for (uint k = 0; k < copy->count; k++) {
         __global const ClusterPart *part = c->parts + copy->first + k;
-        if (!part_meets(c, copy, part, rect, box)) continue;
+        if (!part_meets(c, copy, part, whole, rect, box)) continue;
         if (at < capacity) {
             Folded folded = fold_part(part->q, copy->columns);
-            c->records[c->first + at] = part_record(&folded, (double)part->root * copy->root, box[4]);
+            c->records[c->first + at] = part_record(&folded, (double)part->root * copy->root, box[BOX_W_LOW]);
             ids[at] = c->first + at;
             for (uint array = 0; boxes && array < BOX_ARRAYS; array++) boxes[array * capacity + at] = box[array];
         }

@@ -37,6 +37,21 @@ static void list_append(List from, uint i, __global uint *slot, uint capacity, u
     for (uint array = 0; array < BOX_ARRAYS; array++) boxes[array * capacity + at] = from.boxes[array * from.stride + i];
 }
 
+#ifdef HAS_COPIES
+static void item_box(List all, uint i, float *box)
+{
+    for (uint array = 0; array < BOX_ARRAYS; array++) box[array] = all.boxes[array * all.stride + i];
+}
+
+// What belongs to the header that is item i (copies.cl).
+static uint list_append_copy(List all, uint i, const Rect *rect, __global uint *ids, __global float *boxes, uint capacity, uint at)
+{
+    float whole[BOX_ARRAYS];
+    item_box(all, i, whole);
+    return copy_append(&all.copies, all.ids[i], whole, rect, ids, boxes, capacity, at);
+}
+#endif
+
 #if WIDTH == 16
 // Which of the sixteen items from `i` on meet the rectangle, as bits.
 INLINE uint boxes_meet(List list, uint i, const Rect *rect)
@@ -78,7 +93,7 @@ static uint list_fill(List all, const Rect *rect, __global uint *slot, uint capa
                     count++;
 #ifdef HAS_COPIES
                     uint id = all.ids[i + lowest_bit(bits)];
-                    if (IS_HEADER(all.copies, id)) count = copy_append(&all.copies, id, rect, slot, (__global float *)(slot + capacity), capacity, count);
+                    if (IS_HEADER(all.copies, id)) count = list_append_copy(all, i + lowest_bit(bits), rect, slot, (__global float *)(slot + capacity), capacity, count);
 #endif
                 }
             }
@@ -128,7 +143,7 @@ static NOINLINE __global const uint *list_of_rays(List all, const Rect *rect, FL
                     if (n < capacity) ids[n] = id;
                     n++;
 #ifdef HAS_COPIES
-                    if (IS_HEADER(all.copies, id)) n = copy_append(&all.copies, id, rect, ids, 0, capacity, n);
+                    if (IS_HEADER(all.copies, id)) n = list_append_copy(all, i + lowest_bit(bits), rect, ids, 0, capacity, n);
 #endif
                 }
             }
@@ -166,7 +181,9 @@ static uint list_fill(List all, const Rect *rect, __global uint *slot, uint capa
         if (!box_meets(all.boxes, all.stride, i, rect)) continue;
         mine++;
 #ifdef HAS_COPIES
-        if (IS_HEADER(all.copies, all.ids[i])) mine += copy_count(&all.copies, all.ids[i], rect);
+        float whole[BOX_ARRAYS];
+        item_box(all, i, whole);
+        if (IS_HEADER(all.copies, all.ids[i])) mine += copy_count(&all.copies, all.ids[i], whole, rect);
 #endif
     }
     shared[lane] = mine;
@@ -181,7 +198,7 @@ static uint list_fill(List all, const Rect *rect, __global uint *slot, uint capa
         if (at < capacity) list_append(all, i, slot, capacity, at);
         at++;
 #ifdef HAS_COPIES
-        if (IS_HEADER(all.copies, all.ids[i])) at = copy_append(&all.copies, all.ids[i], rect, slot, (__global float *)(slot + capacity), capacity, at);
+        if (IS_HEADER(all.copies, all.ids[i])) at = list_append_copy(all, i, rect, slot, (__global float *)(slot + capacity), capacity, at);
 #endif
     }
     BARRIER;
