@@ -37,7 +37,7 @@ typedef struct Layout {
     FieldTables fields;
     Faces faces;
     ClusterTable clusters; // of what a device shares; without parts where copies have records part by part
-    LiftBands bands;                       // of `cells`
+    LiftBands bands;       // of `cells`
     const struct PatchCells *const *cells; // of the plan's patches, borrowed; NULL among them, or NULL: not solved
 } Layout;
 
