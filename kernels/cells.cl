@@ -13,8 +13,9 @@
 //
 // A child shares its parent's tape where less than an eighth would be gone, or where the pool of its tile or region is full.
 //
-// Measured on one thread (./dev bench FOLDER): packets of colonnade (679 steps) run 20 steps on average; bear (523 steps, smooth unions of all its parts) keeps
-// 430 in most cells. Frames with one level of slabs and no parts: 640 instead of 44 ms for colonnade at 256².
+// Measured on one thread (./dev bench FOLDER, 1024²): packets of colonnade (679 steps) run 17 steps on average, 3.7 evaluations of strips for a block of 8 x 4 pixels;
+// making cells takes an eighth of its frame. bear (523 steps, smooth unions of all its parts) keeps 400 in most cells; that its values share places takes its
+// frame from 1030 to 910 ms CPU.
 
 #define SLABS 64      // of a field in a region
 #define LOCAL_SLABS 32
@@ -73,6 +74,8 @@ typedef struct FieldMemory {
     __global uint *need;       // lanes that need a value
     __global TapeStep *pool;   // shortened tapes, and tables of parts
     uint pool_size, used;
+    __global const TapeStep *shared_from; // the tape that was last made to share places, and what became of it
+    Tape shared;
 } FieldMemory;
 
 // The ranges of a tape over boxes, one a lane, and what decides in it.
@@ -207,6 +210,64 @@ NOINLINE void tapes_shortened(const Tape *tape, uint lanes, FieldMemory *memory,
     }
 }
 
+// The same tape with values that share places: a long one's are then in the nearest cache (512 bytes each). The tape itself where more than 256 are needed at a
+// time, where it is short, or where there is no room.
+#define LONG_TAPE 48u
+NOINLINE void tape_sharing(Tape *tape, FieldMemory *memory)
+{
+    if (tape->count < LONG_TAPE) return;
+    if (memory->shared_from == tape->steps) {
+        *tape = memory->shared;
+        return;
+    }
+    if (memory->used + tape->count > memory->pool_size) return;
+    __global TapeStep *to = memory->pool + memory->used;
+    __global uint *last = memory->need; // step that needs a value
+    __global ushort *places = (__global ushort *)memory->values;
+    uchar spare[256];
+    uint spares = 0, next = TAPE_POINT;
+    for (uint k = 0; k < TAPE_POINT; k++) places[k] = (ushort)k;
+    for (uint k = 0; k < tape->count; k++) {
+        TapeStep step = tape->steps[k];
+        uint op = TAPE_OP(step.word);
+        if (op == TAPE_NUMBER) continue;
+        last[TAPE_A(step.word)] = k;
+        if (op == TAPE_SELECT) last[step.b & 0xffffu] = last[step.b >> 16] = k;
+        else if (!(step.word & TAPE_LITERAL) && takes_second(op)) last[step.b] = k;
+    }
+    last[tape->root] = tape->count;
+    for (uint k = 0; k < tape->count; k++) {
+        TapeStep step = tape->steps[k];
+        uint op = TAPE_OP(step.word), operands[3], count = 0;
+        if (op != TAPE_NUMBER) {
+            operands[count++] = TAPE_A(step.word);
+            step.word = (step.word & 255u) | (uint)places[operands[0]] << 8;
+            if (op == TAPE_SELECT) {
+                operands[count++] = step.b & 0xffffu;
+                operands[count++] = step.b >> 16;
+                step.b = (uint)places[operands[1]] | (uint)places[operands[2]] << 16;
+            } else if (!(step.word & TAPE_LITERAL) && takes_second(op)) {
+                operands[count++] = step.b;
+                step.b = places[operands[1]];
+            }
+        }
+        for (uint n = 0; n < count; n++) {
+            if (operands[n] < TAPE_POINT || last[operands[n]] != k) continue;
+            last[operands[n]] = 0xffffffffu; // once, where it is both operands
+            spare[spares++] = (uchar)places[operands[n]];
+        }
+        uint place = spares ? spare[--spares] : next++;
+        if (place > 255u) return;
+        places[TAPE_POINT + k] = (ushort)place;
+        step.word |= place << 24;
+        to[k] = step;
+    }
+    memory->used += tape->count;
+    memory->shared_from = tape->steps;
+    memory->shared = (Tape){to, tape->count, places[tape->root] | TAPE_SHARES};
+    *tape = memory->shared;
+}
+
 // The box of the field's coordinates in a cell of the view.
 static void field_box(__global const FieldRecord *r, float kappa, Range u, Range v, Range s, Range *box)
 {
@@ -312,7 +373,7 @@ static FieldMemory field_memory(__global uint *room, __global const FrameConstan
 {
     uint steps = frame->tape_longest + 4u;
     __global uint *after = room + steps * FIELD_VALUE * LANES;
-    return (FieldMemory){(__global FLOAT *)room, (__global Choices *)after, after + 2 * steps, pool, frame->tape_pool, 0};
+    return (FieldMemory){(__global FLOAT *)room, (__global Choices *)after, after + 2 * steps, pool, frame->tape_pool, 0, 0, {0, 0, 0}};
 }
 
 // The fields among the items of a region's list.
@@ -396,7 +457,10 @@ static __global const Tape *parts_of(const Ray *ray, __global FieldTile *tile, _
     high = behind > 0.0f ? high : (FLOAT)(middle);
     cells_make(r, ray->kappa, &tape, columns(tile->u_low, tile->u_high, lane_digit(1.0f, 4.0f), 4.0f), rows(tile->v_high, tile->v_low, lane_digit(4.0f, 4.0f), 4.0f),
                (Range){low, high}, memory, cells);
-    for (uint lane = 0; lane < LANES; lane++) table[lane] = cells[lane];
+    for (uint lane = 0; lane < LANES; lane++) {
+        tape_sharing(&cells[lane], memory);
+        table[lane] = cells[lane];
+    }
     tile->parts[slab] = table;
     return table;
 }

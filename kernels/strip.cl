@@ -448,7 +448,7 @@ NOINLINE void tape_strip(const Tape *tape, const FLOAT *o, const FLOAT *e, const
             break;
         }
         }
-        v[TAPE_POINT + k] = r;
+        v[place_of(tape, step, k)] = r;
     }
-    *result = v[tape->root];
+    *result = v[tape->root & 0xffffu];
 }

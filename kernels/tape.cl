@@ -24,6 +24,13 @@ typedef struct Tape {
     uint count, root; // steps; the value that is the tape's
 } Tape;
 
+#define TAPE_SHARES 0x80000000u // in a root: values share places, since few of them are needed at a time
+
+INLINE uint place_of(const Tape *tape, TapeStep step, uint k)
+{
+    return tape->root & TAPE_SHARES ? TAPE_PLACE(step.word) : TAPE_POINT + k;
+}
+
 typedef struct Range {
     FLOAT low, high;
 } Range;
@@ -172,9 +179,9 @@ NOINLINE void tape_value(const Tape *tape, const FLOAT *point, __global FLOAT *v
             }
             break;
         }
-        v[TAPE_POINT + k] = r;
+        v[place_of(tape, step, k)] = r;
     }
-    *result = v[tape->root];
+    *result = v[tape->root & 0xffffu];
 }
 
 // --- ranges
@@ -579,9 +586,9 @@ NOINLINE void tape_range(const Tape *tape, const Range *box, __global FLOAT *mem
             else b = range_literal(step.b);
             r = step_range(step, a, b, doubt);
         }
-        v[TAPE_POINT + k] = r;
+        v[place_of(tape, step, k)] = r;
     }
-    *result = v[tape->root];
+    *result = v[tape->root & 0xffffu];
 }
 
 // --- gradients
@@ -657,7 +664,7 @@ NOINLINE void tape_gradient(const Tape *tape, const FLOAT *point, __global FLOAT
         case TAPE_SELECT: {
             Gradient first = v[step.b & 0xffffu], second = v[step.b >> 16];
             INT chosen = a.f != 0.0f;
-            v[TAPE_POINT + k] = (Gradient){chosen ? first.f : second.f, chosen ? first.x : second.x, chosen ? first.y : second.y, chosen ? first.z : second.z};
+            v[place_of(tape, step, k)] = (Gradient){chosen ? first.f : second.f, chosen ? first.x : second.x, chosen ? first.y : second.y, chosen ? first.z : second.z};
             continue;
         }
         default:
@@ -675,7 +682,7 @@ NOINLINE void tape_gradient(const Tape *tape, const FLOAT *point, __global FLOAT
         r.x = product(by_a, a.x) + product(by_b, b.x);
         r.y = product(by_a, a.y) + product(by_b, b.y);
         r.z = product(by_a, a.z) + product(by_b, b.z);
-        v[TAPE_POINT + k] = r;
+        v[place_of(tape, step, k)] = r;
     }
-    *result = v[tape->root];
+    *result = v[tape->root & 0xffffu];
 }

@@ -50,7 +50,8 @@
 #define TAPE_OP(word) ((word) & 63u)
 #define TAPE_LAZY 64u     // something undefined here may not matter: a branch that is perhaps not chosen
 #define TAPE_LITERAL 128u // b is a float
-#define TAPE_A(word) ((word) >> 8)
+#define TAPE_A(word) ((word) >> 8 & 0xffffu)
+#define TAPE_PLACE(word) ((word) >> 24) // of tapes whose values share places (cells.cl): where the step's stands
 
 #define TAPE_POINT 3u       // values before the first step's
 #define TAPE_STEPS_MAX 65000u // values have numbers of 16 bits

@@ -305,7 +305,7 @@ static uint32_t worker_count(const Renderer *r)
 // Steps for the shortened tapes of a tile: for as many slabs as most tiles have.
 static uint32_t tape_pool(const Renderer *r)
 {
-    uint32_t wanted = 12 * r->layout.fields.longest;
+    uint32_t wanted = 24 * r->layout.fields.longest;
     return wanted > 32768 ? 32768 : wanted;
 }
 

@@ -505,9 +505,23 @@ static bool model_scene(const Options *o, size_t k, char scene[600])
     return good;
 }
 
-static void general_fields(const Options *o, cJSON *json)
+// Ten thousand rays of a model against F in double.
+static bool model_rays(const Options *o, const char *scene, const char *name, cJSON *json)
+{
+    char tool[600], key[64];
+    snprintf(tool, sizeof tool, "%s/scn-property", o->tools);
+    Outcome rays = run(NULL, (const char *[]){tool, "--size", "100", "--sampled", "1000", scene, NULL});
+    snprintf(key, sizeof key, "%s_rays_agree", name);
+    printf("%s", rays.out);
+    cJSON_AddBoolToObject(json, key, rays.status == 0);
+    free(rays.out);
+    return rays.status == 0;
+}
+
+static bool general_fields(const Options *o, cJSON *json)
 {
     char scene[600], key[64];
+    bool good = true;
     for (size_t k = 0; k < sizeof models / sizeof *models && o->folder; k++) {
         if (!model_scene(o, k, scene)) continue;
         Outcome one = bench(o, NULL, scene, "1"), two = bench(o, NULL, scene, "2");
@@ -516,7 +530,9 @@ static void general_fields(const Options *o, cJSON *json)
              "%s: first hits and normals %.1f ms CPU; %.1f ms wall with two threads", models[k].name,
              field(one.out, "cpu_ms"), field(two.out, "wall_ms"));
         free(one.out), free(two.out);
+        if (o->rays) good = model_rays(o, scene, models[k].name, json) && good;
     }
+    return good;
 }
 
 // A morph of free forms and a tool that follows a ray, both in motion: 240 frames of 512 x 512, as a scene's author sees them.
@@ -664,8 +680,8 @@ int main(int argc, char **argv)
         copies(&o, false, json);
         for (size_t k = 0; k < sizeof crowds / sizeof *crowds; k++) big_crowd(&o, crowds[k], json);
         displacement(&o, json);
-        general_fields(&o, json);
-        good = moving_form(&o, json);
+        good = general_fields(&o, json);
+        good = moving_form(&o, json) && good;
         if (o.rays) good = random_rays(&o, json) && good;
     }
     char path[600], *text = cJSON_Print(json);
