@@ -24,6 +24,17 @@ static void tell(Unit *unit, const PlanPatch *patch, const PatchFinding *finding
         diag(unit, patch->span, DIAG_PATCH_GROWS, "%s", finding->text);
 }
 
+// Whether what is only a warning belongs to a stiffness that is refused: then one message is enough.
+static bool is_refused(const PatchFinding *findings, int count, const PatchFinding *finding)
+{
+    bool grows = finding->problem == PATCH_B_NEGATIVE || finding->problem == PATCH_D_NEGATIVE ||
+                 finding->problem == PATCH_C_BELOW;
+    for (int k = 0; k < count && grows; k++)
+        if (findings[k].problem == PATCH_OPERATOR && findings[k].error && findings[k].component == finding->component)
+            return true;
+    return false;
+}
+
 static void check_one(Unit *unit, const PlanPatch *patch, double fps, const double *inputs, Arena *scratch)
 {
     PatchDriver *driver = patch_driver_new(patch, fps);
@@ -32,8 +43,10 @@ static void check_one(Unit *unit, const PlanPatch *patch, double fps, const doub
     if (driver && patch_driver_at(driver, 0, inputs, &error) && patch_driver_edges(driver, NULL, &error)) {
         PatchFinding findings[PATCH_FINDINGS];
         int count = patch_diagnose(&driver->model, findings, PATCH_FINDINGS);
-        for (int k = 0; k < count && k < PATCH_FINDINGS; k++)
-            tell(unit, patch, &findings[k], stiffness_moves(patch, scratch));
+        if (count > PATCH_FINDINGS) count = PATCH_FINDINGS;
+        for (int k = 0; k < count; k++)
+            if (!is_refused(findings, count, &findings[k]))
+                tell(unit, patch, &findings[k], stiffness_moves(patch, scratch));
     }
     patch_driver_free(driver);
 }
