@@ -186,6 +186,10 @@ typedef struct Stretch {
     FLOAT begin, end;
 } Stretch;
 
+// Words of the tree of a shape (compiler/emit.c) that are no leaf: what joins the two before them.
+#define TREE_UNION 0xfffeu
+#define TREE_INTERSECT 0xffffu
+
 // Where the list's ids reach `id`, from the place `at` on.
 static uint list_until(const Ray *ray, uint at, uint stop, uint id)
 {
