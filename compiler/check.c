@@ -10,6 +10,7 @@
 #include <string.h>
 
 #include "compiler/checker.h"
+#include "compiler/synonyms.h"
 #include "stdlib_text.h"
 
 enum { RECURSION_BYTES = 1 << 20 };
@@ -238,8 +239,12 @@ static void check_param(Checker *c, Symbol *symbol)
 
 static void report_cycle(Checker *c, Symbol *symbol)
 {
-    Diag *d = diag(c->unit, symbol->span, DIAG_CYCLIC_DEFINITION, "%s is made of itself: something in it must not be",
-                   symbol->name);
+    const char *color = synonym_of(symbol->name, NULL, 0); // material red { color: red; }
+    Diag *d = color && color[0] == '#'
+                  ? diag(c->unit, symbol->span, DIAG_CYCLIC_DEFINITION,
+                         "%s is made of itself: the color of that name is written %s", symbol->name, color)
+                  : diag(c->unit, symbol->span, DIAG_CYCLIC_DEFINITION,
+                         "%s is made of itself: something in it must not be", symbol->name);
     enum { LABELS_MAX = 6 };
     int labels = 0;
     for (const Body *body = c->body; body && body->symbol != symbol && labels < LABELS_MAX; body = body->outer) {

@@ -127,7 +127,7 @@ static Type check_stated(Checker *c, Node *node)
     Diag *d =
         near ? diag(c->unit, word, DIAG_UNKNOWN_NAME, "there is no type %s: do you mean %s?", node->word, near)
              : diag(c->unit, word, DIAG_UNKNOWN_NAME, "there is no type %s: write let %s = …", node->word, node->name);
-    if (near) diag_fix(c->unit, d, word, FIX_LIKELY, "%s", near);
+    diag_fix(c->unit, d, word, FIX_LIKELY, "%s", near ? near : "let");
     return have;
 }
 
@@ -188,8 +188,8 @@ void check_for(Checker *c, Node *node, Values *values)
     } else if (type_is_number(over)) {
         diag(c->unit, node->a->span, DIAG_TYPE_MISMATCH, "a for walks a range or a list: write 0 .. and this number");
     } else if (!type_bad(over)) {
-        diag(c->unit, node->a->span, DIAG_TYPE_MISMATCH, "a for walks a range or a list, and this is %s",
-             type_phrase(&c->unit->arena, over));
+        diag(c->unit, node->a->span, DIAG_TYPE_MISMATCH, "a for walks a range or a list, and this is %s%s",
+             type_phrase(&c->unit->arena, over), type_is(over, TYPE_VEC2) ? ": a range is written 0 .. 5" : "");
     }
     BlockScope scope;
     uint32_t mark = names_open(c, &scope, NULL);

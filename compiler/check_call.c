@@ -7,49 +7,12 @@
 #include <assert.h>
 #include <string.h>
 
-#include "compiler/checker.h"
+#include "compiler/check_call.h"
 #include "compiler/synonyms.h"
-
-typedef struct Argument {
-    Node *node; // the expression
-    Name name;  // NULL: positional
-    Span span;  // of the name, or of the expression
-    Type type;
-    bool foreign; // its name was written with `=`, and reported
-} Argument;
 
 enum { FEW = 12 }; // arguments that find room on the stack
 
-typedef struct Calling {
-    Checker *c;
-    Node *node;
-    const Type *receiver; // or NULL
-    Argument *arguments;
-    uint32_t count, positional;
-    const Callable *callee, *first; // the one that is meant, of those under this name
-    Call *call;
-    Type common;            // of the arguments whose types decide the result
-    bool bad;               // something was reported
-    bool number_for_vector; // and this among it
-} Calling;
-
 // --- which parameter
-
-static int list_parameter(const Callable *callee, bool last)
-{
-    int found = -1;
-    for (uint32_t i = 0; i < callee->count; i++) {
-        if (!callee->parameters[i].type.list) continue;
-        found = (int)i;
-        if (!last) break;
-    }
-    return found;
-}
-
-static bool is_needed(const Parameter *p)
-{
-    return !p->optional && !p->default_text && !(p->node && p->node->b);
-}
 
 static bool is_named(const Calling *k, Name name)
 {
@@ -69,7 +32,7 @@ static uint32_t kept_behind(const Calling *k, const Callable *callee, uint32_t l
     uint32_t kept = 0;
     for (uint32_t i = list + 1; i < callee->count; i++) {
         const Parameter *p = &callee->parameters[i];
-        kept += is_needed(p) && !p->type.list && !is_named(k, p->name);
+        kept += parameter_needed(p) && !p->type.list && !is_named(k, p->name);
     }
     uint32_t rest = k->positional > list ? k->positional - list - 1 : 0; // the list has one at least
     return kept < rest ? kept : rest;
@@ -79,24 +42,16 @@ static uint32_t kept_behind(const Calling *k, const Callable *callee, uint32_t l
 // of needed parameters behind it.
 static int parameter_at(const Calling *k, const Callable *callee, uint32_t position)
 {
-    int list = list_parameter(callee, false);
+    int list = parameter_list_of(callee, false);
     if (list < 0 || position < (uint32_t)list) return position < callee->count ? (int)position : -1;
     uint32_t kept = kept_behind(k, callee, (uint32_t)list), behind = k->positional - position;
     if (behind > kept) return list;
     for (uint32_t i = callee->count; i-- > (uint32_t)list + 1;) { // from the last on
         const Parameter *p = &callee->parameters[i];
-        bool takes = is_needed(p) && !p->type.list && !is_named(k, p->name);
+        bool takes = parameter_needed(p) && !p->type.list && !is_named(k, p->name);
         if (takes && --behind == 0) return (int)i;
     }
     return list;
-}
-
-static int parameter_named(const Callable *callee, Name name)
-{
-    for (uint32_t i = 0; i < callee->count; i++) {
-        if (callee->parameters[i].name == name) return (int)i;
-    }
-    return -1;
 }
 
 static bool parameter_takes(const Parameter *p, Type have)
@@ -155,11 +110,11 @@ static int suits(const Calling *k, const Callable *callee)
         taken += takes ? 2 : 0;
         all &= takes;
     }
-    int list = list_parameter(callee, true);
+    int list = parameter_list_of(callee, true);
     if (values && list >= 0) given |= UINT64_C(1) << list;
     for (uint32_t i = 0; i < callee->count && i < 64; i++) {
         const Parameter *p = &callee->parameters[i];
-        if (is_needed(p) && !p->type.list && !(given >> i & 1)) all = false;
+        if (parameter_needed(p) && !p->type.list && !(given >> i & 1)) all = false;
     }
     return all ? -1 : taken;
 }
@@ -304,7 +259,8 @@ static void check_argument(Calling *k, int at, Node *node, Type have)
     }
     if (!parameter_takes(p, have)) {
         bool number = type_is_number(have) && type_is_vector(p->type);
-        bool again = number && k->number_for_vector; // as in capsule(0, 0, 0)
+        number |= type_is_number(p->type) && type_is_vector(have);
+        bool again = number && k->number_for_vector; // as in capsule(0, 0, 0), or box((0, 0, 0), (1, 1, 1))
         k->number_for_vector |= number;
         k->bad = true;
         if (again) return;
@@ -420,7 +376,7 @@ static const Parameter *meant_behind(const Calling *k, uint32_t list, const Argu
 {
     for (uint32_t i = list + 1; i < k->callee->count; i++) {
         const Parameter *p = &k->callee->parameters[i];
-        if (!is_needed(p) && !is_named(k, p->name) && parameter_takes(p, a->type)) return p;
+        if (!parameter_needed(p) && !is_named(k, p->name) && parameter_takes(p, a->type)) return p;
     }
     return NULL;
 }
@@ -465,17 +421,12 @@ static void bind_loose(Calling *k, int at, uint32_t position, uint32_t count)
 // More arguments than parameters are one mistake, whatever their types: membership(0, 0, 0, a).
 static bool report_too_many(Calling *k)
 {
-    bool numbers = false; // for a vector
     for (uint32_t i = 0; i < k->positional; i++) {
-        int at = parameter_at(k, k->callee, i);
-        if (at >= 0) {
-            numbers |= type_is_number(k->arguments[i].type) && type_is_vector(k->callee->parameters[at].type);
-            continue;
-        }
+        if (parameter_at(k, k->callee, i) >= 0) continue;
         uint32_t count = k->callee->count;
         diag(k->c->unit, k->arguments[i].span, DIAG_TOO_MANY_ARGUMENTS, "%s takes %u argument%s%s%s", k->callee->name,
              count, count == 1 ? "" : "s", k->receiver ? ", that before the dot included" : "",
-             numbers ? ": a vector has parentheses of its own, (0, 0, 1)" : "");
+             call_hint_too_many(k, i));
         return k->bad = true;
     }
     return false;
@@ -528,7 +479,8 @@ static void bind_entry(Calling *k, Node *item)
         diag(k->c->unit, item->name_span, DIAG_MISPLACED,
              "an easing stands in keys only: end the entry with ; before %s", item->name);
     }
-    Type have = check_expr(k->c, item->b);
+    bool word = call_report_word(k->c, k->callee, item, 0);
+    Type have = word ? poison() : check_expr(k->c, item->b);
     int at = parameter_named(k->callee, item->a->name);
     if (at < 0 && item->flag) {
         k->bad = true;
@@ -556,7 +508,7 @@ static void bind_block(Calling *k)
         k->bad = true;
         return;
     }
-    int at = list_parameter(k->callee, true);
+    int at = parameter_list_of(k->callee, true);
     Values values = {.many = true, .what = k->callee->name};
     if (at >= 0) {
         const Parameter *p = &k->callee->parameters[at];
@@ -594,84 +546,6 @@ static void bind_block(Calling *k)
         k->call->bound[at] = (Bound){.how = BOUND_BLOCK, .node = block};
         if (!values.known) join_common(k, &k->callee->parameters[at], block, values.joined);
     }
-}
-
-// --- what is missing, and rules of single built-ins
-
-static void check_missing(Calling *k)
-{
-    const char *all = NULL, *named = NULL;
-    for (uint32_t i = 0; i < k->callee->count; i++) {
-        const Parameter *p = &k->callee->parameters[i];
-        if (k->call->bound[i].how != BOUND_DEFAULT || !is_needed(p)) continue;
-        named = arena_printf(&k->c->scratch, "%s%s%s:", all ? named : "", all ? " …, " : "", p->name);
-        all = all ? arena_printf(&k->c->scratch, "%s, %s", all, p->name) : p->name;
-    }
-    if (!all) return;
-    k->bad = true;
-    diag(k->c->unit, k->node->name_span, DIAG_MISSING_ARGUMENT, "%s needs %s: write %s(%s …)", k->callee->name, all,
-         k->callee->name, named);
-}
-
-static bool given(const Calling *k, const char *name)
-{
-    for (uint32_t i = 0; i < k->callee->count; i++) {
-        if (!strcmp(k->callee->parameters[i].name, name)) return k->call->bound[i].how != BOUND_DEFAULT;
-    }
-    return false;
-}
-
-static void check_light(const Calling *k)
-{
-    Unit *unit = k->c->unit;
-    Span span = k->node->name_span;
-    bool direction = given(k, "direction"), at = given(k, "at"), cone = given(k, "cone");
-    if (!direction && !at) {
-        diag(unit, span, DIAG_MISSING_ARGUMENT,
-             "light needs direction (the way the light travels) or at (a point light), or both and a cone (a spot)");
-    } else if (direction && at && !cone) {
-        diag(unit, span, DIAG_MISSING_ARGUMENT, "a light with both direction and at is a spot: write cone: 40deg too");
-    } else if (cone && !(direction && at)) {
-        diag(unit, span, DIAG_MISSING_ARGUMENT, "a light with a cone is a spot: it needs %s too",
-             direction ? "at, where it stands,"
-             : at      ? "direction, where it looks,"
-                       : "direction and at");
-    } else if (given(k, "soft") && !cone) {
-        diag(unit, span, DIAG_MISSING_ARGUMENT, "soft is the rim of a spot's light: write direction, at and cone too");
-    } else if (given(k, "fade") && !at) {
-        diag(unit, span, DIAG_MISSING_ARGUMENT,
-             "the light of a direction comes from infinitely far and does not fade: write at instead");
-    }
-}
-
-static void check_rules(Calling *k)
-{
-    Unit *unit = k->c->unit;
-    Span span = k->node->name_span;
-    switch (k->callee->id) {
-    case BUILTIN_PERTURB:
-        if (given(k, "strength") + given(k, "height") + given(k, "depth") > 1) {
-            diag(unit, span, DIAG_DUPLICATE_ARGUMENT,
-                 "strength, height and depth say the same thing: give one of them");
-        }
-        break;
-    case BUILTIN_LIGHT: check_light(k); break;
-    case BUILTIN_SCENE:
-        if (k->c->body->symbol || k->c->body->block) {
-            diag(unit, span, DIAG_MISPLACED,
-                 "scene { … } stands in the file, and nothing is made of it: say union or object here");
-        }
-        break;
-    default: break;
-    }
-}
-
-// `on` says the whole place of a tool.
-static void check_tool_place(Calling *k)
-{
-    if (given(k, "on") && (given(k, "at") || given(k, "normal")))
-        diag(k->c->unit, k->node->name_span, DIAG_DUPLICATE_ARGUMENT,
-             "on says where %s works and where outward is: leave out at and normal", k->callee->name);
 }
 
 // --- results
@@ -739,7 +613,9 @@ static void collect(Calling *k)
     k->positional = k->count;
     for (Node *a = k->node->b; a; a = a->next) {
         bool named = a->kind == NODE_ARGUMENT;
-        Type type = check_expr(k->c, named ? a->a : a);
+        bool word = k->first && call_report_word(k->c, k->first, a, k->count);
+        k->bad |= word;
+        Type type = word ? poison() : check_expr(k->c, named ? a->a : a);
         if (named) {
             k->arguments[k->count++] = (Argument){a->a, a->name, a->name_span, type, a->flag};
         } else if (k->positional < k->count) {
@@ -799,6 +675,7 @@ Type check_call(Checker *c, Node *node, const Type *receiver, Symbol *symbol)
     Calling k = {.c = c, .node = node, .receiver = receiver, .arguments = few, .common = type_of(TYPE_ANY)};
     bool argument = !symbol && receiver && (follows_unknown(c, node) || report_argument_behind(c, node));
     if (!symbol && !argument) symbol = names_use(c, node->name, node->name_span, true);
+    if (!argument && symbol->kind == SYMBOL_CALLABLE) k.first = symbol->callable;
     collect(&k);
     if (argument) {
         check_block_of_wrong_call(c, node->c);
@@ -811,8 +688,9 @@ Type check_call(Checker *c, Node *node, const Type *receiver, Symbol *symbol)
         if (symbol->kind != SYMBOL_ERROR && !(symbol->kind == SYMBOL_LET && type_bad(symbol->type))) {
             const char *what =
                 symbol->kind == SYMBOL_LIBRARY ? "a library" : type_phrase(&c->unit->arena, symbol->type);
-            Diag *d = diag(c->unit, node->name_span, DIAG_TYPE_MISMATCH, "%s is %s here and cannot be called",
-                           node->name, what);
+            Diag *d =
+                diag(c->unit, node->name_span, DIAG_TYPE_MISMATCH, "%s is %s here and cannot be called%s", node->name,
+                     what, symbol->kind != SYMBOL_LIBRARY && symbol->type.list ? ": an element is written [0]" : "");
             bool hides = symbol->kind != SYMBOL_LIBRARY && names_hide_builtin(c, node->name);
             if (symbol->span.end)
                 diag_label(c->unit, d, symbol->span,
@@ -821,13 +699,16 @@ Type check_call(Checker *c, Node *node, const Type *receiver, Symbol *symbol)
         check_block_of_wrong_call(c, node->c);
         return poison();
     }
-    k.first = symbol->callable;
     k.callee = choose(&k, k.first);
     if (k.callee->lost) {
         check_block_of_wrong_call(c, node->c);
         return k.callee->declared ? k.callee->result : poison();
     }
     if (symbol->global || k.callee->prelude) check_symbol(c, symbol);
+    if (call_report_habit(&k)) {
+        check_block_of_wrong_call(c, node->c);
+        return k.callee->kind == CALLABLE_BUILTIN && !k.callee->result_same ? k.callee->result : poison();
+    }
     bool built_in = k.callee->kind == CALLABLE_BUILTIN;
     bool cases = built_in && (k.callee->id == BUILTIN_KEYS || k.callee->id == BUILTIN_MATCH);
     k.call = arena_alloc(&c->unit->tree_arena, sizeof(Call) + k.callee->count * sizeof(Bound));
@@ -839,9 +720,9 @@ Type check_call(Checker *c, Node *node, const Type *receiver, Symbol *symbol)
         of_cases = check_cases(c, node, k.call, driver_type(&k));
     else
         bind_block(&k);
-    if (!k.bad) check_missing(&k);
-    if (!k.bad && built_in) check_rules(&k);
-    if (!k.bad && k.callee->kind == CALLABLE_TOOL) check_tool_place(&k);
+    if (!k.bad) call_check_missing(&k);
+    if (!k.bad && built_in) call_check_rules(&k);
+    if (!k.bad && k.callee->kind == CALLABLE_TOOL) call_check_place(&k);
     node->note = k.call;
     k.call->wrong = k.bad;
     k.call->result = cases ? of_cases : result_of(&k);

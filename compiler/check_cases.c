@@ -110,12 +110,36 @@ static void join_value(Checker *c, Cases *k, const Node *node, Type have)
     k->count++;
 }
 
+// An easing that nothing defines: the nearest, or where there are more.
+static bool report_no_easing(Checker *c, const Node *item)
+{
+    static const char *const built_in[] = {"linear", "smooth", "hold", "bezier"};
+    if (item->word || names_find(c, item->name) || lost_name(c->unit, item->name)) return false;
+    const char *near = nearest_name(item->name, built_in, sizeof built_in / sizeof *built_in);
+    if (near) {
+        Diag *d = diag(c->unit, item->name_span, DIAG_UNKNOWN_NAME, "there is no easing %s: do you mean %s?",
+                       item->name, near);
+        diag_fix(c->unit, d, item->name_span, FIX_LIKELY, "%s", near);
+    } else {
+        diag(c->unit, item->name_span, DIAG_UNKNOWN_NAME,
+             "there is no easing %s: linear, smooth, hold and bezier(x1, y1, x2, y2) are built in, and use easing; "
+             "brings easing.sine_in and more",
+             item->name);
+    }
+    lost_add(c->unit, item->name);
+    return true;
+}
+
 static void check_easing(Checker *c, Cases *k, Node *item)
 {
     if (!item->name) return;
     if (k->id == BUILTIN_MATCH) {
         diag(c->unit, item->name_span, DIAG_MISPLACED, "an easing stands in keys only: end the case with ; before %s",
              item->name);
+        k->bad = true;
+        return;
+    }
+    if (report_no_easing(c, item)) {
         k->bad = true;
         return;
     }

@@ -5,6 +5,7 @@
 // limit allows.
 #include <assert.h>
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "compiler/checker.h"
@@ -75,13 +76,24 @@ static void report_unit(Checker *c, const Node *node, Type have, Type want, cons
     }
 }
 
+static bool is_quoted_number(const Node *node)
+{
+    if (node->kind != NODE_STRING || !node->a || node->a->kind != NODE_TEXT || node->a->next) return false;
+    char *end;
+    strtod(node->a->text, &end);
+    return end != node->a->text && !*end;
+}
+
 // What to write instead of a value of another kind, where people are known to mistake one for the other; "" if nothing is known.
-static const char *kind_hint(Type have, Type want)
+static const char *kind_hint(const Node *node, Type have, Type want)
 {
     bool single = !have.list && !want.list;
     if (single && have.kind == TYPE_STRING && (want.kind == TYPE_MATERIAL || want.kind == TYPE_COLOR))
         return ": write a colour such as #ff8000";
-    if (single && have.kind == TYPE_STRING && type_is_numeric(want)) return ": leave out the quotes";
+    if (single && have.kind == TYPE_STRING && type_is_numeric(want) && is_quoted_number(node))
+        return ": leave out the quotes";
+    if (single && have.kind == TYPE_OBJECT && want.kind == TYPE_QUADRIC)
+        return ": one quadric is a sphere, an ellipsoid, a cylinder without a height …";
     if (single && have.kind == TYPE_BOOL && type_is_number(want))
         return ": by a condition, write if a { 1 } else { 0 }";
     if (single && type_is_number(have) && want.kind == TYPE_RANGE) return ": write 0 .. and a number";
@@ -93,6 +105,20 @@ static const char *kind_hint(Type have, Type want)
         return ": write union(…) of it";
     if (!have.list && want.list == 1 && type_converts(have, type_element(want))) return ": write it in [ ]";
     return "";
+}
+
+// [0, 0, 5] in place of a vector.
+static void fix_brackets(Checker *c, Diag *d, const Node *node, Type have, Type want)
+{
+    if (node->kind != NODE_LIST || have.list != 1 || want.list || !(type_is_vector(want) || want.kind == TYPE_COLOR))
+        return;
+    int count = 0;
+    for (const Node *part = node->a; part; part = part->next) count += part->kind == NODE_FOR ? 9 : 1;
+    if (count != (want.kind == TYPE_VEC2 ? 2 : 3)) return;
+    const Source *source = source_of(&c->unit->sources, node->span.begin);
+    const char *text = source->text + (node->span.begin - source->base);
+    int length = (int)(node->span.end - node->span.begin);
+    if (length > 2) diag_fix(c->unit, d, node->span, FIX_LIKELY, "(%.*s)", length - 2, text + 1);
 }
 
 bool expect(Checker *c, const Node *node, Type have, Type want, const char *what)
@@ -115,8 +141,9 @@ bool expect(Checker *c, const Node *node, Type have, Type want, const char *what
         diag(c->unit, node->span, DIAG_VECTOR_SIZE, "%s has %d numbers, and this vector has %d", what,
              want.kind == TYPE_VEC2 ? 2 : 3, have.kind == TYPE_VEC2 ? 2 : 3);
     } else {
-        diag(c->unit, node->span, DIAG_TYPE_MISMATCH, "%s is %s, and this is %s%s", what, type_phrase(arena, want),
-             type_phrase(arena, have), kind_hint(have, want));
+        Diag *d = diag(c->unit, node->span, DIAG_TYPE_MISMATCH, "%s is %s, and this is %s%s", what,
+                       type_phrase(arena, want), type_phrase(arena, have), kind_hint(node, have, want));
+        fix_brackets(c, d, node, have, want);
     }
     return false;
 }
@@ -462,6 +489,9 @@ static Type check_binary(Checker *c, Node *node, Type a)
     c->body->conditional -= logic;
     if (logic && type_is_field(a) && type_is_field(b)) {
         bool both = node->op == NODE_OP_AND;
+        const Source *source = source_of(&c->unit->sources, node->name_span.begin);
+        if (strchr("&|", source->text[node->name_span.begin - source->base]))
+            return poison(); // && and || were reported
         diag(c->unit, node->name_span, DIAG_TYPE_MISMATCH, "`%s` joins conditions: write a %c b for the %s of objects",
              both ? "and" : "or", both ? '&' : '|', both ? "intersection" : "union");
         return poison();
@@ -566,7 +596,15 @@ static Type check_member(Checker *c, const Node *node, Type a)
     const char *phrase = type_phrase(&c->unit->arena, a);
     const char *near = nearest_name(node->name, known, count);
     Symbol *callable = names_find(c, node->name);
-    if (near) {
+    static const char *const of_lists[] = {"length", "len", "size", "count", "Count", "Length"};
+    bool how_many = false;
+    for (size_t i = 0; i < sizeof of_lists / sizeof *of_lists && a.list; i++)
+        how_many |= !strcmp(node->name, of_lists[i]);
+    if (how_many) {
+        Diag *d = diag(c->unit, node->name_span, DIAG_UNKNOWN_MEMBER,
+                       "%s has no member %s: how many elements it has is count(…)", phrase, node->name);
+        diag_fix(c->unit, d, node->name_span, FIX_LIKELY, "count()");
+    } else if (near) {
         Diag *d = diag(c->unit, node->name_span, DIAG_UNKNOWN_MEMBER, "%s has no member %s: do you mean %s?", phrase,
                        node->name, near);
         diag_fix(c->unit, d, node->name_span, FIX_LIKELY, "%s", near);

@@ -2,6 +2,7 @@
 // blocks around, in the file, built in. Local bindings of a name are a chain, innermost first; those of another body
 // (a definition that was being checked when this one was wanted) are skipped, since a definition sees its file and
 // never its user.
+#include <ctype.h>
 #include <string.h>
 
 #include "compiler/checker.h"
@@ -335,7 +336,8 @@ Symbol *names_use(Checker *c, Name name, Span span, bool called)
         Diag *d =
             near ? diag(c->unit, span, DIAG_UNKNOWN_NAME, "%s %s: do you mean %s?", what, name, near)
                  : diag(c->unit, span, DIAG_UNKNOWN_NAME, "%s %s: define it, or look for its spelling", what, name);
-        if (near) diag_fix(c->unit, d, span, FIX_LIKELY, "%s", near);
+        if (near && (near[0] == '#' || near[0] == '_' || isalpha((unsigned char)near[0])) && !strpbrk(near, " ^"))
+            diag_fix(c->unit, d, span, FIX_LIKELY, "%s", near);
         lost_add(c->unit, name);
     }
     symbol = symbol_new(c, SYMBOL_ERROR, name);

@@ -5,6 +5,7 @@
 
 #include <string.h>
 
+#include "lang/classes.h"
 #include "lang/diag.h"
 #include "lang/parse.h"
 
@@ -22,75 +23,6 @@ static bool has(const int *expected, int count, int code)
     return false;
 }
 
-static bool is_operator(int code)
-{
-    switch (code) {
-    case TOK_RANGE:
-    case TOK_EQ:
-    case TOK_NE:
-    case TOK_LE:
-    case TOK_GE:
-    case '<':
-    case '>':
-    case '+':
-    case '-':
-    case '*':
-    case '/':
-    case '^':
-    case '|':
-    case '&':
-    case '%':
-    case '.':
-    case '[':
-    case '(':
-    case '{':
-    case TOK_AND:
-    case TOK_OR: return true;
-    default: return false;
-    }
-}
-
-static bool is_value(int code)
-{
-    switch (code) {
-    case TOK_NAME:
-    case TOK_INT:
-    case TOK_REAL:
-    case TOK_COLOR:
-    case TOK_TRUE:
-    case TOK_FALSE:
-    case TOK_STRING:
-    case TOK_STRING_HEAD:
-    case TOK_NOT:
-    case TOK_IF:
-    case '-':
-    case '~':
-    case '!':
-    case '(':
-    case '[':
-    case '{': return true;
-    default: return false;
-    }
-}
-
-static bool is_item(int code)
-{
-    switch (code) {
-    case TOK_SCN:
-    case TOK_INCLUDE:
-    case TOK_USE:
-    case TOK_PARAM:
-    case TOK_FN:
-    case TOK_TAG:
-    case TOK_TOOL:
-    case TOK_LET:
-    case TOK_FOR:
-    case TOK_ASSERT:
-    case TOK_PRINT: return true;
-    default: return false;
-    }
-}
-
 static void add_mark(Expected *e, const char *text)
 {
     if (e->mark_count < (int)(sizeof e->marks / sizeof *e->marks)) e->marks[e->mark_count++] = text;
@@ -104,9 +36,9 @@ static Expected gather(const int *expected, int count)
     e.operation = has(expected, count, '*');
     for (int i = 0; i < count; i++) {
         int code = expected[i];
-        if (e.value && is_value(code)) continue;
-        if (e.item && (is_item(code) || code == ';')) continue;
-        if (e.operation && is_operator(code)) continue;
+        if (e.value && token_is(code, TOKEN_BEGINS)) continue;
+        if (e.item && (token_is(code, TOKEN_ITEM) || code == ';')) continue;
+        if (e.operation && token_is(code, TOKEN_CONTINUES)) continue;
         switch (code) {
         case TOK_NAME: e.name = true; break;
         case TOK_INT: e.whole = true; break;
@@ -182,7 +114,7 @@ static void describe_found(const Parser *p, const Token *found, char *text, size
 
 static bool is_binary_operator(int code)
 {
-    return is_operator(code) && code != '.' && code != '(' && code != '[' && code != '{';
+    return token_is(code, TOKEN_CONTINUES) && code != '.' && code != '(' && code != '[' && code != '{';
 }
 
 // --- Mistakes that have words of their own ---
@@ -276,13 +208,13 @@ static bool report_after_names(Parser *p, const Token *found, const Expected *e)
     const char *text = text_at(p, name.begin);
     if (length == 0) return false;
     bool in_call = has_mark(e, ":") && has_mark(e, ",") && has_mark(e, ")");
-    if (in_call && is_value(found->code)) {
+    if (in_call && token_is(found->code, TOKEN_BEGINS)) {
         Diag *d = diag(p->unit, found->span, DIAG_NAMED_ARGUMENT,
                        "an argument with a name is written with a colon: write %.*s: …", length, text);
         diag_fix(p->unit, d, (Span){name.end, name.end}, FIX_LIKELY, ":");
         return true;
     }
-    if (e->name && has_mark(e, "=") && is_value(found->code)) {
+    if (e->name && has_mark(e, "=") && token_is(found->code, TOKEN_BEGINS)) {
         diag(p->unit, found->span, DIAG_UNEXPECTED, "what a call takes stands in parentheses: write %.*s(…)", length,
              text);
         return true;
@@ -330,6 +262,21 @@ static bool report_else(Parser *p, const Token *found, const Expected *e)
     return true;
 }
 
+// camera { location <0, 2, -3> }: at its first comma, since `location < 0` could be a comparison.
+static bool report_pointed_vector(Parser *p, const Token *found)
+{
+    const char *text = p->source->text, *at = text_at(p, found->span.begin);
+    while (at > text && strchr("0123456789.-+eE ", at[-1])) at--;
+    if (at == text || at[-1] != '<') return false;
+    uint32_t mark = p->source->base + (uint32_t)(at - 1 - text);
+    Span name = word_before(p, mark);
+    if (name.begin == name.end) return false;
+    diag(p->unit, (Span){mark, mark + 1}, DIAG_FOREIGN_SYNTAX,
+         "a vector is written in parentheses, and an argument in a block with a colon: %.*s: (0, 0, 1);",
+         (int)(name.end - name.begin), text_at(p, name.begin));
+    return true;
+}
+
 static bool report_comma(Parser *p, const Token *found, const Expected *e)
 {
     if (!e->operation || !has_mark(e, ";") || has_mark(e, ",")) return false;
@@ -341,23 +288,71 @@ static bool report_comma(Parser *p, const Token *found, const Expected *e)
                  found->span, FIX_GUESS, ".");
         return true;
     }
+    if (report_pointed_vector(p, found)) return true;
     diag(p->unit, found->span, DIAG_UNEXPECTED,
          "each value ends with `;`; several in one are a vector (0, 0, 5), a list [0, 0, 5], or what a call takes: "
          "f(0, 0, 5)");
     return true;
 }
 
+static bool is_word(const Parser *p, const Token *found, const char *word)
+{
+    size_t length = strlen(word);
+    return found->span.end - found->span.begin == length && !memcmp(text_at(p, found->span.begin), word, length);
+}
+
+// translate([1, 0, 0]) sphere(1); color("red") cube(2);: what stands in front of a shape in other languages.
+static bool report_modifier_in_front(Parser *p, const Token *found)
+{
+    static const struct {
+        const char *written, *ours;
+    } modifiers[] = {
+        {"translate", "move(1, 0, 0)"}, {"move", "move(1, 0, 0)"},       {"rotate", "rotate(x: 90deg)"},
+        {"scale", "scale(2)"},          {"mirror", "mirror((1, 0, 0))"}, {"color", "paint(#ff8000)"},
+        {"resize", "scale(2)"},         {"multmatrix", "matrix([…])"},
+    };
+    const Bracket *b = &p->filter.stack[p->filter.depth];
+    if (!b->item_begin) return false;
+    const char *begin = text_at(p, b->item_begin);
+    size_t length = 0;
+    while (goes_on(begin[length])) length++;
+    for (size_t i = 0; i < sizeof modifiers / sizeof *modifiers; i++) {
+        if (strlen(modifiers[i].written) != length || memcmp(modifiers[i].written, begin, length) != 0) continue;
+        char here[64];
+        describe_found(p, found, here, sizeof here);
+        int shape = (int)(found->span.end - found->span.begin);
+        diag(p->unit, (Span){b->item_begin, b->item_begin + (uint32_t)length}, DIAG_FOREIGN_SYNTAX,
+             "a modifier stands behind what it changes: write %.*s(…).%s", shape < 40 ? shape : 0,
+             text_at(p, found->span.begin), modifiers[i].ours);
+        return true;
+    }
+    return false;
+}
+
 // Behind a value that is complete.
 static bool report_second_value(Parser *p, const Token *found, const Expected *e)
 {
     if (!e->operation || e->value) return false;
+    if (has_mark(e, "{") && !has_mark(e, ";") && is_word(p, found, "step")) {
+        diag(p->unit, found->span, DIAG_UNEXPECTED,
+             "a for walks each whole number: count the turns, for i in 0..5 { … 2 * i … }");
+        return true;
+    }
     if (has_mark(e, "{") && !has_mark(e, ";")) {
         diag(p->unit, found->span, DIAG_UNEXPECTED, "what an if or a for decides on stands in a block: write { … }");
         return true;
     }
     const char *text = p->source->text, *at = text_at(p, found->span.begin);
     while (at > text && strchr(" \t\r\n", at[-1])) at--;
+    if (has_mark(e, ",") && (has_mark(e, ")") || has_mark(e, "]")) && !token_is(found->code, TOKEN_CONTINUES)) {
+        uint32_t end = p->source->base + (uint32_t)(at - text);
+        Diag *d = diag(p->unit, found->span, DIAG_UNEXPECTED, "a comma stands between the %s: write `,` before this",
+                       has_mark(e, ")") ? "arguments of a call, and the numbers of a vector" : "elements of a list");
+        diag_fix(p->unit, d, (Span){end, end}, FIX_LIKELY, ",");
+        return true;
+    }
     if (found->code != TOK_NAME || !has_mark(e, ";") || at == text || at[-1] != ')') return false;
+    if (report_modifier_in_front(p, found)) return true;
     char here[64];
     describe_found(p, found, here, sizeof here);
     diag(p->unit, found->span, DIAG_UNEXPECTED,
@@ -365,16 +360,39 @@ static bool report_second_value(Parser *p, const Token *found, const Expected *e
     return true;
 }
 
+// tag ring { … }, use brushes.dent;
+static bool report_header(Parser *p, const Token *found, const Expected *e)
+{
+    Span name = word_before(p, found->span.begin);
+    int length = (int)(name.end - name.begin);
+    if (length && found->code == '{' && e->mark_count == 1 && has_mark(e, "(") && !e->operation && !e->value) {
+        Diag *d = diag(p->unit, found->span, DIAG_UNEXPECTED,
+                       "what is defined has parentheses, with nothing in them if it has no parameters: write %.*s()",
+                       length, text_at(p, name.begin));
+        diag_fix(p->unit, d, (Span){name.end, name.end}, FIX_SURE, "()");
+        return true;
+    }
+    if (found->code == '.' && has_mark(e, ":") && has_mark(e, "as") && has_mark(e, ";")) {
+        Diag *d =
+            diag(p->unit, found->span, DIAG_UNEXPECTED,
+                 "single words of a library are brought by a colon: use %.*s: word;", length, text_at(p, name.begin));
+        diag_fix(p->unit, d, found->span, FIX_SURE, ": ");
+        return true;
+    }
+    return false;
+}
+
 // True if it was one.
 static bool report_known(Parser *p, const Token *found, const Expected *e)
 {
     if (report_foreign_word(p, found) || report_after_names(p, found, e)) return true;
-    if (is_value(found->code) && report_second_value(p, found, e)) return true;
+    if (token_is(found->code, TOKEN_BEGINS) && report_second_value(p, found, e)) return true;
     if (e->string && !e->value && !e->name) {
         diag(p->unit, found->span, DIAG_UNEXPECTED,
              "the name of a file stands in double quotes: include \"file.scn\";");
         return true;
     }
+    if (report_header(p, found, e)) return true;
     switch (found->code) {
     case TOK_ELSE: return report_else(p, found, e);
     case ',': return report_comma(p, found, e);

@@ -6,6 +6,7 @@
 #include <assert.h>
 #include <string.h>
 
+#include "lang/classes.h"
 #include "lang/parse.h"
 
 void filter_init(Filter *f, Unit *unit, Scanner *scanner)
@@ -64,64 +65,16 @@ static bool is_reserved(int code)
     }
 }
 
-// Words that begin an item and stand nowhere else.
+// Words that begin an item and stand nowhere else; a for stands in lists, too.
 static bool begins_only_items(int code)
 {
-    switch (code) {
-    case TOK_SCN:
-    case TOK_INCLUDE:
-    case TOK_USE:
-    case TOK_PARAM:
-    case TOK_FN:
-    case TOK_TAG:
-    case TOK_TOOL:
-    case TOK_LET:
-    case TOK_ASSERT:
-    case TOK_PRINT: return true;
-    default: return false;
-    }
-}
-
-static bool begins_value(int code)
-{
-    switch (code) {
-    case TOK_NAME:
-    case TOK_INT:
-    case TOK_REAL:
-    case TOK_COLOR:
-    case TOK_TRUE:
-    case TOK_FALSE:
-    case TOK_STRING:
-    case TOK_STRING_HEAD:
-    case TOK_NOT:
-    case TOK_IF:
-    case '~':
-    case '!': return true;
-    default: return false;
-    }
-}
-
-static bool begins_item(int code)
-{
-    return begins_only_items(code) || begins_value(code) || code == TOK_FOR;
+    return token_is(code, TOKEN_ITEM) && code != TOK_FOR;
 }
 
 // Could be the last of an item that wants a `;`. A } is not among them: it ends an item by itself.
 static bool ends_value(int code)
 {
-    switch (code) {
-    case TOK_NAME:
-    case TOK_INT:
-    case TOK_REAL:
-    case TOK_COLOR:
-    case TOK_TRUE:
-    case TOK_FALSE:
-    case TOK_STRING:
-    case TOK_STRING_TAIL:
-    case ')':
-    case ']': return true;
-    default: return false;
-    }
+    return token_is(code, TOKEN_ENDS) && code != '}';
 }
 
 static bool holds_items(const Bracket *b)
@@ -173,7 +126,7 @@ static bool semicolon_is_missing(Filter *f, const Bracket *b)
     if (begins_only_items(next->code)) return true;
     bool next_entry = b->closer == '}' && b->item_colon && next->code == TOK_NAME && peek(f, 1)->code == ':';
     if (next_entry) return true;
-    if (!begins_item(next->code) || !on_new_line(f, next)) return false;
+    if (!token_begins_item(next->code) || !on_new_line(f, next)) return false;
     return !may_be_easing(f, b) && !may_be_declared(f, b);
 }
 
@@ -215,10 +168,10 @@ static bool semicolon_comes(Filter *f)
     if (next->code == b->closer || next->code == TOK_YYEOF) return true; // the end of the file closes what is open
     if (f->skipping && f->depth == f->skip_depth) {
         if (restarts_after_error(f)) return true;
-        return f->last.code == '}' && b->headers == 0 && begins_item(next->code) && on_new_line(f, next);
+        return f->last.code == '}' && b->headers == 0 && token_begins_item(next->code) && on_new_line(f, next);
     }
     if (f->last.code == '}' && b->headers == 0) {
-        return begins_item(next->code) || next->code == '(' || next->code == '{';
+        return token_begins_item_behind_brace(next->code);
     }
     if (!semicolon_is_missing(f, b)) return false;
     report_semicolon(f);

@@ -5,6 +5,7 @@
 // result, which finds those line breaks written that were made here, decides everything as the first.
 #include <assert.h>
 
+#include "lang/classes.h"
 #include "lang/formatter.h"
 #include "lang/parse.h"
 
@@ -204,16 +205,6 @@ static Box *make_brackets(Maker *m)
 
 // --- Blocks
 
-static bool begins_item(int c)
-{
-    switch (c) {
-    case '-':
-    case '[':
-    case '.': return false; // they go on with what stands before
-    default: return true;
-    }
-}
-
 // True if a `///` comment stands before a piece. It would document what follows if the piece were left out.
 static bool has_doc(const Maker *m, const Piece *piece)
 {
@@ -260,20 +251,8 @@ static bool has_mark(const Maker *m, const Box *item)
 
 static bool wants_semicolon(const Maker *m, const Box *item)
 {
-    switch (m->list[item->piece].code) {
-    case TOK_FOR:
-    case TOK_FN:
-    case TOK_TAG:
-    case TOK_TOOL: return false;
-    case TOK_SCN:
-    case TOK_INCLUDE:
-    case TOK_USE:
-    case TOK_PARAM:
-    case TOK_LET:
-    case TOK_ASSERT:
-    case TOK_PRINT: return true;
-    default: return has_mark(m, item);
-    }
+    int first = m->list[item->piece].code;
+    return token_is(first, TOKEN_ITEM) ? !token_is(first, TOKEN_BODIED) : has_mark(m, item);
 }
 
 // Writes the semicolon of an item that wants one, and leaves out that behind a } where the next item begins by itself.
@@ -286,7 +265,8 @@ static void settle_semicolon(Maker *m, const Box *item, bool body)
     } else if (after_block && semicolon->length && !has_doc(m, semicolon)) {
         int next = item->after + 1;
         while (m->list[next].code == ';') next++; // empty items, which are left out
-        if (begins_item(m->list[next].code)) hide(semicolon);
+        int code = m->list[next].code;
+        if (is_closer(code) || token_begins_item_behind_brace(code)) hide(semicolon);
     }
 }
 
@@ -561,28 +541,6 @@ static Box *make_expr(Maker *m)
 
 // --- Items and elements: words that lead, values, and the marks between them
 
-static bool begins_value(int c)
-{
-    switch (c) {
-    case TOK_NAME:
-    case TOK_INT:
-    case TOK_REAL:
-    case TOK_COLOR:
-    case TOK_TRUE:
-    case TOK_FALSE:
-    case TOK_STRING:
-    case TOK_NOT:
-    case TOK_IF:
-    case '-':
-    case '~':
-    case '!':
-    case '(':
-    case '[':
-    case '{': return true;
-    default: return false;
-    }
-}
-
 static Box *make_words(Maker *m, bool element)
 {
     Box *sequence = box_new(m, BOX_SEQUENCE, m->at);
@@ -592,30 +550,13 @@ static Box *make_words(Maker *m, bool element)
         if (code(m) == TOK_BODY)
             box_add(sequence, make_block(m, true));
         else
-            box_add(sequence, begins_value(code(m)) ? make_expr(m) : make_piece(m));
+            box_add(sequence, token_is(code(m), TOKEN_BEGINS) ? make_expr(m) : make_piece(m));
     } while (code(m) != ';' && !is_closer(code(m)) && !(element && code(m) == ','));
     m->function = around;
     return sequence_of(m, sequence);
 }
 
 // --- Spaces
-
-static bool ends_value(int c)
-{
-    switch (c) {
-    case TOK_NAME:
-    case TOK_INT:
-    case TOK_REAL:
-    case TOK_COLOR:
-    case TOK_TRUE:
-    case TOK_FALSE:
-    case TOK_STRING:
-    case ')':
-    case ']':
-    case '}': return true;
-    default: return false;
-    }
-}
 
 // Whether a space stands before `b`, which follows `a`. `sign`: `a` is the - or ~ of a value.
 static bool space_between(int a, bool sign, int b)
@@ -631,7 +572,7 @@ static bool space_between(int a, bool sign, int b)
     case '.':
     case '^': return false;
     case '(': return a != TOK_NAME;
-    case '[': return !ends_value(a);
+    case '[': return !token_is(a, TOKEN_ENDS);
     default: return true;
     }
 }
@@ -643,7 +584,7 @@ static void set_spaces(Pieces *pieces)
     for (int i = 0; i < pieces->count; i++) {
         Piece *piece = &pieces->list[i];
         piece->space = i > 0 && space_between(before, sign, piece->code);
-        sign = (piece->code == '-' || piece->code == '~' || piece->code == '!') && !ends_value(before);
+        sign = (piece->code == '-' || piece->code == '~' || piece->code == '!') && !token_is(before, TOKEN_ENDS);
         before = piece->code;
     }
 }

@@ -541,8 +541,8 @@ static const struct {
     int code;
     const char *message, *fix;
 } foreign_marks[] = {
-    {"&&", TOK_AND, "`&&` is written `and`", "and"},
-    {"||", TOK_OR, "`||` is written `or`", "or"},
+    {"&&", TOK_AND, "`&&` is written `and`, and the intersection of objects a & b", "and"},
+    {"||", TOK_OR, "`||` is written `or`, and the union of objects a | b", "or"},
     {"**", '^', "a power is written `^`: x^2", "^"},
     {"...", TOK_RANGE, "a range is written `..`: 0..5, which a for walks up to 4", ".."},
     {"..=", TOK_RANGE, "a range is written `..`: 0..5, which a for walks up to 4", ".."},

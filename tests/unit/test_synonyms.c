@@ -60,7 +60,7 @@ static void each_leads_to_a_name_or_an_argument(void **state)
     for (int i = 0; i < COUNT; i++) {
         for (const char *word = synonyms[i].ours; *word;) {
             size_t length = strcspn(word, " ");
-            bool expression = strpbrk(synonyms[i].ours, "#~^") != NULL || !strcmp(synonyms[i].ours, "print");
+            bool expression = strpbrk(synonyms[i].ours, "#~^.") != NULL || !strcmp(synonyms[i].ours, "print");
             if (!expression && !there_is(word, length))
                 fail_msg("%s: there is no %s", synonyms[i].written, synonyms[i].ours);
             word += length + (word[length] == ' ');
