@@ -115,6 +115,7 @@ typedef struct Normal {
     Operation *o;
     IrId distance;
     bool unnormalised;
+    bool *rough; // a leaf has noise, whose derivatives are no expressions
 } Normal;
 
 // F(X + d N) of one leaf. A part of N is within -1 … 1, which bounds over a box of points would not find out. What is
@@ -124,6 +125,7 @@ static IrId along_normal(void *context, Ir *ir, IrId expression, bool negative)
     const Normal *n = context;
     Operation *o = n->o;
     IrId gradient[3], coordinates[3];
+    *n->rough |= expression_has(ir, expression, OP_NOISE) || expression_has(ir, expression, OP_CELLS);
     expression_gradient(ir, expression, gradient);
     IrId length = n->unnormalised ? 0 : length_of(o, gradient);
     for (int k = 0; k < 3; k++) {
@@ -136,9 +138,14 @@ static IrId along_normal(void *context, Ir *ir, IrId expression, bool negative)
 
 static Value offset_normal(Operation *o, IrId object, Scalar distance, bool unnormalised)
 {
-    Normal normal = {o, scalar_id(o->e, distance), unnormalised};
+    bool rough = false;
+    Normal normal = {o, scalar_id(o->e, distance), unnormalised, &rough};
     IrId leaves = object_leaves(o->ir, object);
-    return object_or_report(o, leaves ? object_changed(o->ir, leaves, along_normal, &normal) : 0);
+    IrId id = leaves ? object_changed(o->ir, leaves, along_normal, &normal) : 0;
+    if (!rough) return object_or_report(o, id);
+    complain(o->e, o->node, DIAG_NOT_YET,
+             "an offset along normals of noise and cells is not there yet in this version of scn: write iso");
+    return value_bad();
 }
 
 static const char *radius_text(RadiusProblem problem)

@@ -852,6 +852,7 @@ const char *emit_kernel(Arena *arena, const Plan *plan, size_t *length)
     }
     if (field) { // fields look at a tile's list before its packets do
         emit_file(&e, "cull.cl");
+        emit_file(&e, "noise.cl");
         emit_file(&e, "tape.cl");
         emit_file(&e, "strip.cl");
         emit_file(&e, "cells.cl");

@@ -20,8 +20,8 @@ bool *expression_reached(const Ir *ir, IrId expression, Arena *scratch)
 
 static bool is_known(IrOp op)
 {
-    return op == OP_X || op == OP_Y || op == OP_Z || (op >= OP_ADD && op <= OP_ROUND) ||
-           (op >= OP_LT && op <= OP_SELECT);
+    return op == OP_X || op == OP_Y || op == OP_Z || (op >= OP_ADD && op <= OP_ROUND) || op == OP_NOISE ||
+           op == OP_CELLS || (op >= OP_LT && op <= OP_SELECT);
 }
 
 IrOp expression_unknown(const Ir *ir, IrId expression)
@@ -34,6 +34,16 @@ IrOp expression_unknown(const Ir *ir, IrId expression)
     }
     arena_release(&scratch);
     return unknown;
+}
+
+bool expression_has(const Ir *ir, IrId expression, IrOp op)
+{
+    Arena scratch = {0};
+    const bool *reached = expression_reached(ir, expression, &scratch);
+    bool has = false;
+    for (IrId id = 1; id <= expression; id++) has |= reached[id] && ir_at(ir, id)->op == op;
+    arena_release(&scratch);
+    return has;
 }
 
 // --- substitution

@@ -12,6 +12,9 @@
 // The first operation of the expression at point rate that is nothing for fields; OP_NONE if there is none.
 IrOp expression_unknown(const Ir *ir, IrId expression);
 
+// Whether the operation is somewhere in it, at point rate.
+bool expression_has(const Ir *ir, IrId expression, IrOp op);
+
 // The expression with other expressions for x, y and z.
 IrId expression_substitute(Ir *ir, IrId expression, const IrId coordinates[3]);
 

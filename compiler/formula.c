@@ -98,6 +98,8 @@ static Interval over(const Formula *f, const FormulaNumber *n)
     Interval a = interval_of_number(f, n->a);
     if (n->op == TAPE_POWER) return power_over(a, (int32_t)n->b);
     if (n->op == TAPE_SELECT) return interval_select(a, interval_of_number(f, n->b), interval_of_number(f, n->c));
+    if (TAPE_TAKES_THREE(n->op))
+        return interval_op3(n->op, (const Interval[3]){a, interval_of_number(f, n->b), interval_of_number(f, n->c)});
     return has_second(n->op) ? interval_op2(n->op, a, interval_of_number(f, n->b)) : interval_op1(n->op, a);
 }
 
@@ -126,7 +128,7 @@ static void bound(const Formula *f, FormulaNumber *n)
     n->high = (float)r.high;
     n->doubt = r.partial || !isfinite(n->low) || !isfinite(n->high);
     n->doubt |= f->numbers[n->a].doubt || (has_second(n->op) && f->numbers[n->b].doubt);
-    if (n->op == TAPE_SELECT) n->doubt |= f->numbers[n->b].doubt || f->numbers[n->c].doubt;
+    if (TAPE_TAKES_THREE(n->op)) n->doubt |= f->numbers[n->b].doubt || f->numbers[n->c].doubt;
     if (!n->doubt) return;
     n->low = -INFINITY;
     n->high = INFINITY;
@@ -188,7 +190,7 @@ static uint32_t step(Formula *f, FormulaNumber n)
 {
     n.depends = f->numbers[n.a].depends;
     if (has_second(n.op)) n.depends |= f->numbers[n.b].depends;
-    if (n.op == TAPE_SELECT) n.depends = SLICE_ACROSS | SLICE_UP; // as kernels have it
+    if (TAPE_TAKES_THREE(n.op)) n.depends = SLICE_ACROSS | SLICE_UP; // as kernels have it
     n.vanishes = vanishes(f, &n);
     bound(f, &n);
     return put(f, n);
@@ -262,9 +264,9 @@ uint32_t formula_power(Formula *f, uint32_t a, int32_t exponent)
     return step(f, (FormulaNumber){.op = TAPE_POWER, .a = a, .b = (uint32_t)exponent});
 }
 
-uint32_t formula_select(Formula *f, uint32_t condition, uint32_t a, uint32_t b)
+uint32_t formula_op3(Formula *f, uint32_t op, uint32_t a, uint32_t b, uint32_t c)
 {
-    return step(f, (FormulaNumber){.op = TAPE_SELECT, .a = condition, .b = a, .c = b});
+    return step(f, (FormulaNumber){.op = (uint8_t)op, .a = a, .b = b, .c = c});
 }
 
 Formula *formula_new(Arena *arena, bool pushing)
@@ -429,8 +431,8 @@ static void reach(Scheduler *s, uint32_t condition)
         if (!s->places[k] || n->op == TAPE_NUMBER) continue;
         s->signs_of_zero |= sees_sign_of_zero(f, n);
         s->places[n->a] = 1;
-        if (has_second(n->op) || n->op == TAPE_SELECT) s->places[n->b] = 1;
-        if (n->op == TAPE_SELECT) s->places[n->c] = 1;
+        if (has_second(n->op) || TAPE_TAKES_THREE(n->op)) s->places[n->b] = 1;
+        if (TAPE_TAKES_THREE(n->op)) s->places[n->c] = 1;
     }
 }
 
@@ -483,7 +485,7 @@ static void number_step(Scheduler *s, uint32_t k)
     uint32_t a = place(s, n->a), b = 0;
     bool sum = (n->op == TAPE_ADD || n->op == TAPE_SUB) && second->op != TAPE_NUMBER;
     if (sum && !s->signs_of_zero && (s->f->numbers[n->a].vanishes || second->vanishes)) word |= SLICE_VANISHES;
-    if (n->op == TAPE_SELECT) {
+    if (TAPE_TAKES_THREE(n->op)) {
         b = spread_place(s, n->b);
         b |= spread_place(s, n->c) << 16;
     } else if (!has_second(n->op)) {

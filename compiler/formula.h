@@ -42,7 +42,7 @@ typedef struct FormulaNumber {
     uint8_t depends;  // SLICE_ACROSS, SLICE_UP
     bool vanishes;    // may be 0 in a whole region, as max(Q, 0)
     bool doubt;       // may be undefined or infinite
-    uint32_t a, b, c; // numbers; of TAPE_POWER b is the exponent, of TAPE_SELECT c the third
+    uint32_t a, b, c; // numbers; of TAPE_POWER b is the exponent, c the third of those that TAPE_TAKES_THREE
     float value, low, high;
 } FormulaNumber;
 
@@ -70,7 +70,7 @@ uint32_t formula_value(Formula *f, float value);
 uint32_t formula_op1(Formula *f, uint32_t op, uint32_t a);
 uint32_t formula_op2(Formula *f, uint32_t op, uint32_t a, uint32_t b);
 uint32_t formula_power(Formula *f, uint32_t a, int32_t exponent);
-uint32_t formula_select(Formula *f, uint32_t condition, uint32_t a, uint32_t b);
+uint32_t formula_op3(Formula *f, uint32_t op, uint32_t a, uint32_t b, uint32_t c);
 
 uint32_t formula_compare(Formula *f, uint32_t a, bool from, float t); // a >= t if `from`, else a < t
 uint32_t formula_and(Formula *f, uint32_t a, uint32_t b);

@@ -3,6 +3,7 @@
 #include <float.h>
 #include <math.h>
 
+#include "compiler/noise.h"
 #include "kernels/tape_shared.h"
 
 Interval interval_of(double low, double high)
@@ -323,4 +324,22 @@ Interval interval_select(Interval condition, Interval a, Interval b)
     Interval r = !has_zero(condition) ? a : !has_other(condition) ? b : interval_hull(a, b);
     r.partial |= condition.partial;
     return r;
+}
+
+// About the value in the middle, by the steepest slope that there is: kernels/noise.cl has the numbers.
+Interval interval_op3(uint32_t op, const Interval place[3])
+{
+    double middle[3], away = 0, steepest = op == TAPE_NOISE ? 3.7 : 1, low = op == TAPE_NOISE ? -1 : 0;
+    bool partial = false;
+    for (int k = 0; k < 3; k++) {
+        if (interval_is_empty(place[k])) return interval_empty();
+        partial |= place[k].partial || is_endless(place[k]);
+        middle[k] = place[k].low / 2 + place[k].high / 2;
+        away += fmax(place[k].high - middle[k], middle[k] - place[k].low);
+    }
+    away = 1.000001 * steepest * away + 1e-14;
+    if (!(away < 2)) return (Interval){low, 1, partial};
+    double f = op == TAPE_NOISE ? noise_gradient(middle[0], middle[1], middle[2])
+                                : noise_cells(middle[0], middle[1], middle[2]);
+    return (Interval){fmax(f - away, low), fmin(f + away, 1), partial};
 }

@@ -26,7 +26,8 @@ bool interval_is_empty(Interval a);
 // The operations of kernels/tape_shared.h. TAPE_SELECT has operands of its own.
 Interval interval_op1(uint32_t op, Interval a);
 Interval interval_op2(uint32_t op, Interval a, Interval b);
-Interval interval_power(Interval a, uint32_t exponent); // exponent >= 2
+Interval interval_op3(uint32_t op, const Interval place[3]); // TAPE_NOISE, TAPE_CELLS
+Interval interval_power(Interval a, uint32_t exponent);      // exponent >= 2
 Interval interval_select(Interval condition, Interval a, Interval b);
 
 #endif

@@ -33,4 +33,8 @@ double noise_hash(double hash, double key);
 double noise_gradient(double x, double y, double z);
 double noise_cells(double x, double y, double z);
 
+// The same with the three derivatives.
+double noise_gradient_slopes(const double point[3], double slopes[3]);
+double noise_cells_slopes(const double point[3], double slopes[3]);
+
 #endif

@@ -191,7 +191,7 @@ static uint32_t step_number(Section *s, TapeStep step, const uint32_t *numbers)
     uint32_t op = TAPE_OP(step.word), a = numbers[TAPE_A(step.word)];
     if (op == TAPE_NUMBER) return formula_value(s->f, float_of(step.b));
     if (op == TAPE_POWER) return formula_power(s->f, a, (int32_t)step.b);
-    if (op == TAPE_SELECT) return formula_select(s->f, a, numbers[step.b & 0xffff], numbers[step.b >> 16]);
+    if (TAPE_TAKES_THREE(op)) return formula_op3(s->f, op, a, numbers[step.b & 0xffff], numbers[step.b >> 16]);
     if (!has_second(op)) return formula_op1(s->f, op, a);
     return formula_op2(s->f, op, a, has_number(step) ? formula_value(s->f, float_of(step.b)) : numbers[step.b]);
 }

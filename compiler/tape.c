@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "compiler/noise.h"
 #include "compiler/pairs.h"
 #include "compiler/turns.h"
 
@@ -116,6 +117,12 @@ static uint32_t put_select(Maker *m, IrId id)
     return put(m, TAPE_SELECT, condition, a | b << 16);
 }
 
+static uint32_t put_noise(Maker *m, IrId id, uint32_t op)
+{
+    uint32_t x = value_of(m, ir_operand(m->ir, id, 0)), y = value_of(m, ir_operand(m->ir, id, 1));
+    return put(m, op, x, y | value_of(m, ir_operand(m->ir, id, 2)) << 16);
+}
+
 enum { SUMMANDS_MAX = 64 };
 
 // The exponents of a sum of exponentials; 0 where it is something else.
@@ -188,6 +195,8 @@ static uint32_t put_node(Maker *m, IrId id)
     case OP_ROUND: return put_unary(m, id, TAPE_ROUND);
     case OP_NOT: return put_unary(m, id, TAPE_NOT);
     case OP_SELECT: return put_select(m, id);
+    case OP_NOISE: return put_noise(m, id, TAPE_NOISE);
+    case OP_CELLS: return put_noise(m, id, TAPE_CELLS);
     default: return put(m, TAPE_NUMBER, 0, slot_of(m, id)); // known once a frame
     }
 }
@@ -204,7 +213,7 @@ int tape_operands(TapeStep step, uint32_t operands[3])
     int count = 0;
     if (op == TAPE_NUMBER) return 0;
     operands[count++] = TAPE_A(step.word);
-    if (op == TAPE_SELECT) {
+    if (TAPE_TAKES_THREE(op)) {
         operands[count++] = step.b & 0xffff;
         operands[count++] = step.b >> 16;
     }
@@ -216,7 +225,7 @@ TapeStep tape_renumbered(TapeStep step, const uint32_t *number)
 {
     uint32_t op = TAPE_OP(step.word);
     if (op != TAPE_NUMBER) step.word = (step.word & 255u) | number[TAPE_A(step.word)] << 8;
-    if (op == TAPE_SELECT) step.b = number[step.b & 0xffff] | number[step.b >> 16] << 16;
+    if (TAPE_TAKES_THREE(op)) step.b = number[step.b & 0xffff] | number[step.b >> 16] << 16;
     if (has_operand_b(op) && !(step.word & TAPE_LITERAL)) step.b = number[step.b];
     return step;
 }
@@ -271,7 +280,7 @@ bool tape_check(const TapeStep *steps, uint32_t count, Slot slot_count)
     for (uint32_t k = 0; k < count; k++) {
         uint32_t op = TAPE_OP(steps[k].word), a = TAPE_A(steps[k].word), b = steps[k].b, known = TAPE_POINT + k;
         if (op >= TAPE_OPS || a >= known) return false;
-        if (op == TAPE_SELECT && ((b & 0xffff) >= known || b >> 16 >= known)) return false;
+        if (TAPE_TAKES_THREE(op) && ((b & 0xffff) >= known || b >> 16 >= known)) return false;
         bool slot = op == TAPE_NUMBER || (has_operand_b(op) && steps[k].word & TAPE_LITERAL);
         if (slot ? b >= slot_count : has_operand_b(op) && b >= known) return false;
         if (op == TAPE_POWER && abs((int32_t)b) > TAPE_POWER_MAX) return false;
@@ -415,6 +424,16 @@ static Point binary_at(uint32_t op, Point a, Point b)
     }
 }
 
+static Point noise_of(uint32_t op, Point x, Point y, Point z)
+{
+    double p[3] = {x.f, y.f, z.f}, by[3];
+    if (!isfinite(x.f) || !isfinite(y.f) || !isfinite(z.f)) return undefined();
+    double f = op == TAPE_NOISE ? noise_gradient_slopes(p, by) : noise_cells_slopes(p, by);
+    Point r = chain2(f, x, by[0], y, by[1]), third = chain(0, z, by[2]);
+    for (int k = 0; k < 3; k++) r.d[k] += third.d[k];
+    return r;
+}
+
 static Point step_at(TapeStep step, const double *values, const Point *v)
 {
     uint32_t op = TAPE_OP(step.word);
@@ -423,6 +442,7 @@ static Point step_at(TapeStep step, const double *values, const Point *v)
     if (op == TAPE_NUMBER) return flat(values[step.b]);
     if (op == TAPE_POWER) return power_at(a, (int32_t)step.b);
     if (op == TAPE_SELECT) return isnan(a.f) ? undefined() : v[a.f != 0 ? step.b & 0xffff : step.b >> 16];
+    if (TAPE_TAKES_THREE(op)) return noise_of(op, a, v[step.b & 0xffff], v[step.b >> 16]);
     if (!has_operand_b(op)) return unary_at(op, a);
     if (is_literal(step) && whole_power(step, values[step.b], &power)) return power_at(a, (int32_t)power.b);
     return binary_at(op, a, is_literal(step) ? flat(values[step.b]) : v[step.b]);
@@ -464,6 +484,7 @@ static Interval step_over(TapeStep step, const double *values, const Interval *v
     if (op == TAPE_NUMBER) return interval_of(values[step.b], values[step.b]);
     if (op == TAPE_POWER) return power_over(a, (int32_t)step.b);
     if (op == TAPE_SELECT) return interval_select(a, v[step.b & 0xffff], v[step.b >> 16]);
+    if (TAPE_TAKES_THREE(op)) return interval_op3(op, (const Interval[3]){a, v[step.b & 0xffff], v[step.b >> 16]});
     if (!has_operand_b(op)) return interval_op1(op, a);
     if (is_literal(step) && whole_power(step, values[step.b], &power)) return power_over(a, (int32_t)power.b);
     Interval number = {0};

@@ -94,6 +94,8 @@ NOINLINE void tape_boxes(const Tape *tape, const Range *box, const FieldMemory *
             INT one = !has_zero(a), two = !has_other(a);
             r = range_choose(one, first, range_choose(two, second, range_hull(first, second)));
             choices[k] = (Choices){lanes_bits(one), lanes_bits(two)};
+        } else if (TAPE_TAKES_THREE(op)) {
+            range_noise(step, v, doubt, &r);
         } else {
             if (!(step.word & TAPE_LITERAL) && takes_second(op)) b = v[step.b];
             else b = range_literal(step.b);
@@ -144,7 +146,7 @@ static UINT steps_needed(const Tape *tape, uint lanes, const FieldMemory *memory
         Fate fate = fate_of(step, memory->choices + k, mine);
         count += ((UINT)(fate.own | (literal ? fate.second : 0u)) >> numbers) & one;
         if (op == TAPE_NUMBER) continue;
-        if (op == TAPE_SELECT) {
+        if (TAPE_TAKES_THREE(op)) { // of a choice: the condition, where nothing is chosen
             need[a] |= fate.own;
             need[step.b & 0xffffu] |= mine & ~fate.second;
             need[step.b >> 16] |= mine & ~fate.first;
@@ -163,7 +165,7 @@ static TapeStep step_renumbered(TapeStep step, int number, __global const ushort
     if (number) return (TapeStep){TAPE_NUMBER, step.b};
     if (op == TAPE_NUMBER) return step;
     step.word = (step.word & 255u) | a << 8;
-    if (op == TAPE_SELECT) step.b = (uint)numbers[LANES * (step.b & 0xffffu)] | (uint)numbers[LANES * (step.b >> 16)] << 16;
+    if (TAPE_TAKES_THREE(op)) step.b = (uint)numbers[LANES * (step.b & 0xffffu)] | (uint)numbers[LANES * (step.b >> 16)] << 16;
     else if (!(step.word & TAPE_LITERAL) && takes_second(op)) step.b = numbers[LANES * step.b];
     return step;
 }
@@ -232,7 +234,7 @@ NOINLINE void tape_sharing(Tape *tape, FieldMemory *memory)
         uint op = TAPE_OP(step.word);
         if (op == TAPE_NUMBER) continue;
         last[TAPE_A(step.word)] = k;
-        if (op == TAPE_SELECT) last[step.b & 0xffffu] = last[step.b >> 16] = k;
+        if (TAPE_TAKES_THREE(op)) last[step.b & 0xffffu] = last[step.b >> 16] = k;
         else if (!(step.word & TAPE_LITERAL) && takes_second(op)) last[step.b] = k;
     }
     last[tape->root] = tape->count;
@@ -242,7 +244,7 @@ NOINLINE void tape_sharing(Tape *tape, FieldMemory *memory)
         if (op != TAPE_NUMBER) {
             operands[count++] = TAPE_A(step.word);
             step.word = (step.word & 255u) | (uint)places[operands[0]] << 8;
-            if (op == TAPE_SELECT) {
+            if (TAPE_TAKES_THREE(op)) {
                 operands[count++] = step.b & 0xffffu;
                 operands[count++] = step.b >> 16;
                 step.b = (uint)places[operands[1]] | (uint)places[operands[2]] << 16;

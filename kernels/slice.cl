@@ -87,6 +87,16 @@ INLINE FLOAT selected(FLOAT condition, FLOAT a, FLOAT b)
     return condition == condition ? r : nothing;
 }
 
+// What takes three operands.
+INLINE FLOAT third_number(uint op, FLOAT a, FLOAT b, FLOAT c)
+{
+    if (op == TAPE_SELECT) return selected(a, b, c);
+    FLOAT place[3] = {a, b, c};
+    Noise noise;
+    noise_value(op, place, &noise);
+    return noise.f;
+}
+
 // --- ranges
 
 static FLOAT all_of(float x)
@@ -205,6 +215,12 @@ static Range selected_range(Range condition, Range a, Range b)
     return range_choose((condition.low == 0.0f) & (condition.high == 0.0f), b, r);
 }
 
+NOINLINE void third_range(uint op, const Range *place, Range *result)
+{
+    Doubt none = {(INT)(0), (INT)(0)};
+    range_of_noise(op, place, &none, result, 0);
+}
+
 // The range of the second operand, or of the literal.
 INLINE Range second_range(TapeStep step, __global const Range *ranges)
 {
@@ -252,6 +268,12 @@ INLINE Range step_number_range(TapeStep step, __global const Range *ranges)
         return (Range){most(a.low, b.low), most(a.high, b.high)};
     }
     case TAPE_SELECT: return selected_range(a, ranges[step.b & 0xffffu], ranges[step.b >> 16]);
+    case TAPE_NOISE:
+    case TAPE_CELLS: {
+        Range place[3] = {a, ranges[step.b & 0xffffu], ranges[step.b >> 16]}, r;
+        third_range(TAPE_OP(step.word), place, &r);
+        return r;
+    }
     default: {
         uint none = 0;
         Range b = second_range(step, ranges), r;
@@ -266,7 +288,7 @@ static uint number_ranges(Steps steps, uint count, __global Range *ranges)
     uint doubt = 0;
     for (uint k = 0; k < count; k++) {
         TapeStep step = steps[k];
-        if (step.word & SLICE_DOUBT && TAPE_OP(step.word) != TAPE_SELECT) {
+        if (step.word & SLICE_DOUBT && !TAPE_TAKES_THREE(TAPE_OP(step.word))) { // of those the operands have doubts
             Range a = ranges[SLICE_A(step.word)], b = second_range(step, ranges), r;
             doubtful_range(step, &a, &b, &doubt, &r);
             ranges[SLICE_POINT + k] = r;
@@ -370,7 +392,7 @@ static void trace_numbers(Steps steps, uint numbers, Memory m, Counts *counts)
         TapeStep step = steps[k];
         uint choice = chosen(step, m.ranges), first = choice & 0xffffu, second = choice >> 16;
         m.choice[SLICE_POINT + k] = choice;
-        if (TAPE_OP(step.word) == TAPE_SELECT) {
+        if (TAPE_TAKES_THREE(TAPE_OP(step.word))) {
             m.need[step.b & 0xffffu] |= (ushort)need;
             m.need[step.b >> 16] |= (ushort)need;
         } else if (!(step.word & SLICE_LITERAL)) {
@@ -434,7 +456,7 @@ NOINLINE static void write_numbers(Steps steps, uint numbers, uint parts, int le
         uint op = TAPE_OP(step.word), choice = m.choice[SLICE_POINT + k], first = choice & need, second = choice >> 16 & need;
         uint written = need & ~(first | second);
         __global const ushort *a = m.map + 16 * SLICE_A(step.word), *b = m.map, *c = m.map;
-        if (op == TAPE_SELECT) {
+        if (TAPE_TAKES_THREE(op)) {
             b += 16 * (step.b & 0xffffu);
             c += 16 * (step.b >> 16);
         } else if (!(step.word & SLICE_LITERAL)) {
@@ -442,7 +464,7 @@ NOINLINE static void write_numbers(Steps steps, uint numbers, uint parts, int le
         }
         for (uint left = written; left; left &= left - 1u) {
             uint part = LOW_BIT(left);
-            uint other = step.word & SLICE_LITERAL ? step.b : op == TAPE_SELECT ? b[part] | (uint)c[part] << 16 : b[part];
+            uint other = step.word & SLICE_LITERAL ? step.b : TAPE_TAKES_THREE(op) ? b[part] | (uint)c[part] << 16 : b[part];
             out[at[part]++] = (TapeStep){(step.word & 0xffffu) | (uint)a[part] << 16, other};
         }
         ushort16 one = as_ushort16(parts_mask(written)); // -1 where it is written
@@ -540,8 +562,8 @@ static void mixed_number(TapeStep step, __global const FLOAT *single, __global c
     }
     for (uint row = 0; row < 16; row++) {
         FLOAT x = row_of(class_a, a, row, single, mixed), y = all_of(as_float(step.b));
-        if (TAPE_OP(step.word) == TAPE_SELECT) {
-            to[row] = selected(x, mixed[16u * (step.b & 0xffffu) + row], mixed[16u * (step.b >> 16) + row]);
+        if (TAPE_TAKES_THREE(TAPE_OP(step.word))) {
+            to[row] = third_number(TAPE_OP(step.word), x, mixed[16u * (step.b & 0xffffu) + row], mixed[16u * (step.b >> 16) + row]);
             continue;
         }
         if (!(step.word & SLICE_LITERAL)) y = row_of(class_b, step.b, row, single, mixed);
@@ -618,8 +640,8 @@ static uint row_pixels(Steps steps, uint numbers, uint compares, uint logics, FL
     for (uint k = 0; k < numbers; k++) {
         TapeStep step = steps[k];
         FLOAT a = v[SLICE_A(step.word)], b = all_of(as_float(step.b));
-        if (TAPE_OP(step.word) == TAPE_SELECT) {
-            v[SLICE_POINT + k] = selected(a, v[step.b & 0xffffu], v[step.b >> 16]);
+        if (TAPE_TAKES_THREE(TAPE_OP(step.word))) {
+            v[SLICE_POINT + k] = third_number(TAPE_OP(step.word), a, v[step.b & 0xffffu], v[step.b >> 16]);
             continue;
         }
         if (!(step.word & SLICE_LITERAL)) b = v[step.b];

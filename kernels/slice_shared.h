@@ -15,7 +15,7 @@
 //     bits 14-15  the same of the result
 //     bits 16-31  first operand
 //
-// and b is the second operand, or a float. Of TAPE_SELECT b holds two operands of 16 bits, which depend on both.
+// and b is the second operand, or a float. Of what TAPE_TAKES_THREE b holds two operands of 16 bits, which depend on both.
 //
 // The same text is compiled by both sides (shared.h says how).
 #ifndef SCN_KERNELS_SLICE_SHARED_H

@@ -383,6 +383,22 @@ INLINE Range range_at(FLOAT o, FLOAT e, FLOAT s)
     return (Range){sum_below(o, way.low), sum_above(o, way.high)};
 }
 
+// The value in the middle of the box and a tangent along each axis.
+NOINLINE void strip_noise(TapeStep step, __global const Strip *v, Doubt *doubt, Strip *result)
+{
+    Strip places[3] = {v[TAPE_A(step.word)], v[step.b & 0xffffu], v[step.b >> 16]}, r = {{0.0f, 0.0f}, {0.0f, 0.0f}};
+    Range all[3], middles[3], slopes[3], whole, g, zero = {0.0f, 0.0f};
+    Doubt unused = *doubt;
+    for (uint k = 0; k < 3; k++) {
+        all[k] = strip_range(places[k]);
+        middles[k] = all_numbers(0.5f * all[k].low + 0.5f * all[k].high);
+    }
+    range_of_noise(TAPE_OP(step.word), all, doubt, &whole, slopes);
+    range_of_noise(TAPE_OP(step.word), middles, &unused, &g, 0);
+    for (uint k = 0; k < 3; k++) r = strip_sum(r, strip_tangent(places[k], all[k], middles[k].low, k ? zero : g, slopes[k]));
+    *result = strip_within(r, whole);
+}
+
 #define STEP_KEY(word) ((word) & (63u | TAPE_LITERAL))
 #define WITH_NUMBER(op) (op | TAPE_LITERAL)
 
@@ -424,6 +440,13 @@ NOINLINE void tape_strip(const Tape *tape, const FLOAT *o, const FLOAT *e, const
             r = strip_root(a);
             break;
         case TAPE_SELECT: r = strip_select(a, v[step.b & 0xffffu], v[step.b >> 16]); break;
+        case TAPE_NOISE:
+        case TAPE_CELLS: {
+            Strip z;
+            strip_noise(step, v, doubt, &z);
+            r = z;
+            break;
+        }
         default: {
             int literal = (step.word & TAPE_LITERAL) != 0;
             b = strip_flat(range_literal(step.b));

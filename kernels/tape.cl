@@ -14,6 +14,7 @@
 //     sin, cos (to 10^4)    1.4    2                              pow           1.6 for each unit of |log of the result|, 2
 //     tan (to 10^4)         3.0    4                              whole powers  0.7 for each unit of the exponent, 1
 //     mod                   0.7 of the greater operand's, 1, or on the other side of its jump; lse  1.1 of 1 or of the result's, 2
+//     noise, cells          1.2, 0.9 of those of 1, 4
 //
 // Values stand in memory of the tile (v): TAPE_POINT coordinates first.
 
@@ -168,6 +169,14 @@ NOINLINE void tape_value(const Tape *tape, const FLOAT *point, __global FLOAT *v
             FLOAT nothing = NAN;
             r = a != 0.0f ? v[step.b & 0xffffu] : v[step.b >> 16];
             r = a == a ? r : nothing;
+            break;
+        }
+        case TAPE_NOISE:
+        case TAPE_CELLS: {
+            FLOAT place[3] = {a, v[step.b & 0xffffu], v[step.b >> 16]};
+            Noise noise;
+            noise_value(op, place, &noise);
+            r = noise.f;
             break;
         }
         default:
@@ -568,6 +577,25 @@ INLINE Range range_literal(uint bits)
     return r;
 }
 
+// Noise, and, where `slopes` is not NULL, its three slopes.
+NOINLINE void range_of_noise(uint op, const Range *place, Doubt *doubt, Range *result, Range *slopes)
+{
+    FLOAT low[3], high[3], slope_low[3], slope_high[3];
+    for (uint k = 0; k < 3; k++) {
+        low[k] = place[k].low;
+        high[k] = place[k].high;
+        doubt->maybe = doubt->maybe | endless(place[k]);
+    }
+    noise_range(op, low, high, &result->low, &result->high, slope_low, slope_high);
+    for (uint k = 0; k < 3 && slopes; k++) slopes[k] = (Range){slope_low[k], slope_high[k]};
+}
+
+INLINE void range_noise(TapeStep step, __global const Range *v, Doubt *doubt, Range *result)
+{
+    Range place[3] = {v[TAPE_A(step.word)], v[step.b & 0xffffu], v[step.b >> 16]};
+    range_of_noise(TAPE_OP(step.word), place, doubt, result, 0);
+}
+
 // The tape over boxes, a lane each.
 NOINLINE void tape_range(const Tape *tape, const Range *box, __global FLOAT *memory, Range *result, Doubt *doubt)
 {
@@ -581,6 +609,8 @@ NOINLINE void tape_range(const Tape *tape, const Range *box, __global FLOAT *mem
         if (op == TAPE_SELECT) {
             Range first = v[step.b & 0xffffu], second = v[step.b >> 16];
             r = range_choose(!has_zero(a), first, range_choose(!has_other(a), second, range_hull(first, second)));
+        } else if (TAPE_TAKES_THREE(op)) {
+            range_noise(step, v, doubt, &r);
         } else {
             if (!(step.word & TAPE_LITERAL) && takes_second(op)) b = v[step.b];
             else b = range_literal(step.b);
@@ -665,6 +695,16 @@ NOINLINE void tape_gradient(const Tape *tape, const FLOAT *point, __global FLOAT
             Gradient first = v[step.b & 0xffffu], second = v[step.b >> 16];
             INT chosen = a.f != 0.0f;
             v[place_of(tape, step, k)] = (Gradient){chosen ? first.f : second.f, chosen ? first.x : second.x, chosen ? first.y : second.y, chosen ? first.z : second.z};
+            continue;
+        }
+        case TAPE_NOISE:
+        case TAPE_CELLS: {
+            Gradient second = v[step.b & 0xffffu], third = v[step.b >> 16];
+            FLOAT place[3] = {a.f, second.f, third.f};
+            Noise n;
+            noise_value(op, place, &n);
+            v[place_of(tape, step, k)] = (Gradient){n.f, n.x * a.x + n.y * second.x + n.z * third.x, n.x * a.y + n.y * second.y + n.z * third.y,
+                                           n.x * a.z + n.y * second.z + n.z * third.z};
             continue;
         }
         default:

@@ -45,7 +45,11 @@
 #define TAPE_NOT 34u
 #define TAPE_SELECT 35u // a ? b & 0xffff : b >> 16
 #define TAPE_LSE 36u // log(exp a + exp b), which is never too large: smooth unions are made of it
-#define TAPE_OPS 37u
+#define TAPE_NOISE 37u // noise of the point a, b & 0xffff, b >> 16 (compiler/noise.h)
+#define TAPE_CELLS 38u // cells of it
+#define TAPE_OPS 39u
+
+#define TAPE_TAKES_THREE(op) ((op) == TAPE_SELECT || (op) == TAPE_NOISE || (op) == TAPE_CELLS)
 
 #define TAPE_OP(word) ((word) & 63u)
 #define TAPE_LAZY 64u     // something undefined here may not matter: a branch that is perhaps not chosen

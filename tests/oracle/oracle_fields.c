@@ -11,6 +11,7 @@
 #include <string.h>
 
 #include "tests/oracle/internal.h"
+#include "tests/oracle/oracle_noise.h"
 
 #define REACH 65536.0 // fields end there, in their own coordinates
 enum { BUDGET = 400000 };
@@ -87,12 +88,31 @@ static OraclePoint combine(double f, const OraclePoint *a, double by_a, const Or
     return r;
 }
 
+static double noise_value(IrOp op, const double p[3], long double slopes[3])
+{
+    long double place[3] = {p[0], p[1], p[2]};
+    bool alone;
+    return (double)(op == OP_NOISE ? oracle_noise(place, slopes) : oracle_cells(place, slopes, &alone));
+}
+
+static OraclePoint noise_of(IrOp op, const OraclePoint *a, const OraclePoint *b, const OraclePoint *c)
+{
+    const double place[3] = {a->f, b->f, c->f};
+    long double slopes[3];
+    if (!isfinite(a->f) || !isfinite(b->f) || !isfinite(c->f)) return (OraclePoint){.f = NAN};
+    double f = noise_value(op, place, slopes);
+    OraclePoint r = combine(f, a, (double)slopes[0], b, (double)slopes[1]);
+    for (int k = 0; k < 3; k++) r.g[k] += c->g[k] == 0 ? 0 : (double)slopes[2] * c->g[k];
+    return r;
+}
+
 static OraclePoint point_of(IrOp op, const OraclePoint *a, const OraclePoint *b, const OraclePoint *c)
 {
     static const OraclePoint undefined = {.f = NAN};
     double f = a->f, g = b ? b->f : 0;
     if (isnan(f)) return undefined;
     if (op == OP_SELECT) return f != 0 ? *b : *c;
+    if (op == OP_NOISE || op == OP_CELLS) return noise_of(op, a, b, c);
     if (op == OP_AND && f == 0) return (OraclePoint){.f = 0};
     if (op == OP_OR && f != 0) return (OraclePoint){.f = 1};
     if (isnan(g)) return undefined;
@@ -283,6 +303,23 @@ static OracleSpan angle(OracleSpan y, OracleSpan x)
     return grown(low, high);
 }
 
+// Noise is nowhere steeper than 4 along an axis, a distance than 1.
+static OracleSpan noise_over(IrOp op, const OracleSpan place[3])
+{
+    double middle[3], away = 1e-15, low = op == OP_NOISE ? -1 : 0;
+    long double slopes[3];
+    bool partial = false;
+    for (int k = 0; k < 3; k++) {
+        if (place[k].low > place[k].high) return nothing();
+        middle[k] = place[k].low + (place[k].high - place[k].low) / 2;
+        away += (op == OP_NOISE ? 4 : 1) * (place[k].high - place[k].low) / 2;
+        partial |= place[k].partial || isinf(place[k].low) || isinf(place[k].high);
+    }
+    if (!(away < 2)) return (OracleSpan){low, 1, partial};
+    double f = noise_value(op, middle, slopes);
+    return (OracleSpan){fmax(f - away, low), fmin(f + away, 1), partial};
+}
+
 static OracleSpan span_of(IrOp op, OracleSpan a, OracleSpan b, OracleSpan c)
 {
     if (a.low > a.high) return nothing();
@@ -294,6 +331,7 @@ static OracleSpan span_of(IrOp op, OracleSpan a, OracleSpan b, OracleSpan c)
         return c.low > c.high ? (OracleSpan){b.low, b.high, true}
                               : (OracleSpan){fmin(b.low, c.low), fmax(b.high, c.high), b.partial || c.partial};
     }
+    if (op == OP_NOISE || op == OP_CELLS) return noise_over(op, (const OracleSpan[3]){a, b, c});
     if (b.low > b.high && op != OP_AND && op != OP_OR) return nothing();
     switch (op) {
     case OP_ADD: return grown(a.low + b.low, a.high + b.high);

@@ -41,6 +41,8 @@ const char *const tape_op_names[TAPE_OPS] = {
     [TAPE_NOT] = "not",
     [TAPE_SELECT] = "select",
     [TAPE_LSE] = "lse",
+    [TAPE_NOISE] = "noise",
+    [TAPE_CELLS] = "cells",
 };
 
 // --- numbers
@@ -103,8 +105,8 @@ static TapeStep random_step(Random *r, uint32_t op, RandomTape *tape)
         return (TapeStep){op | (op == TAPE_NUMBER ? 0 : TAPE_LITERAL) | a << 8, k};
     }
     if (op == TAPE_POWER) b = (uint32_t)(random_below(r, 4) ? random_below(r, 9) - 4 : random_below(r, 200) - 100);
-    if (op == TAPE_SELECT) b |= operand(r, k) << 16;
-    if (op != TAPE_POWER && op != TAPE_SELECT && !takes_two(op)) b = 0;
+    if (TAPE_TAKES_THREE(op)) b |= operand(r, k) << 16;
+    if (op != TAPE_POWER && !TAPE_TAKES_THREE(op) && !takes_two(op)) b = 0;
     return (TapeStep){op | a << 8, b};
 }
 
@@ -122,6 +124,7 @@ static void mark_lazy(RandomTape *tape)
         }
         if (op == TAPE_NUMBER) continue;
         strict[TAPE_A(step->word)] = true;
+        if (op == TAPE_NOISE || op == TAPE_CELLS) strict[step->b & 0xffff] = strict[step->b >> 16] = true;
         if (takes_two(op) && op != TAPE_AND && op != TAPE_OR && !(step->word & TAPE_LITERAL)) strict[step->b] = true;
     }
 }

@@ -4,6 +4,8 @@
 #include <math.h>
 #include <string.h>
 
+#include "tests/oracle/oracle_noise.h"
+
 // --- pairs
 
 static Pair grown(Real low, Real high)
@@ -351,6 +353,34 @@ static bool takes_two(uint32_t op)
            op == TAPE_LSE || (op >= TAPE_LT && op <= TAPE_OR);
 }
 
+// --- noise
+
+static Truth noise(uint32_t op, Truth x, Truth y, Truth z)
+{
+    const Truth *at[3] = {&x, &y, &z};
+    Real p[3], slopes[3], width = 8 * LDBL_EPSILON;
+    bool alone = true, level = true;
+    for (int k = 0; k < 3; k++) {
+        if (at[k]->state == TRUTH_UNDEFINED) return state(TRUTH_UNDEFINED);
+    }
+    for (int k = 0; k < 3; k++) {
+        if (at[k]->state != TRUTH_KNOWN) return state(TRUTH_UNSETTLED);
+        p[k] = at[k]->f.low + (at[k]->f.high - at[k]->f.low) / 2;
+        width += at[k]->f.high - at[k]->f.low;
+        level &= is_zero(at[k]->d);
+    }
+    if (!(width < 1e-6L)) return state(TRUTH_UNSETTLED);
+    Real f = op == TAPE_NOISE ? oracle_noise(p, slopes) : oracle_cells(p, slopes, &alone);
+    Truth r = truth_number(0, 0);
+    r.f = (Pair){f - 4 * width, f + 4 * width};
+    r.smooth = x.smooth && y.smooth && z.smooth && (alone || level);
+    for (int k = 0; k < 3; k++) {
+        Real by = op == TAPE_NOISE ? 40 * width : 1e6L * width;
+        r.d = plus(r.d, times((Pair){slopes[k] - by, slopes[k] + by}, at[k]->d));
+    }
+    return r;
+}
+
 static Truth step_of(TapeStep step, const Truth *v)
 {
     uint32_t op = TAPE_OP(step.word);
@@ -359,6 +389,7 @@ static Truth step_of(TapeStep step, const Truth *v)
     Truth a = v[TAPE_A(step.word)], b = truth_number(0, 0);
     if (op == TAPE_NUMBER) return truth_number(literal, 0);
     if (op == TAPE_SELECT) return chosen(a, v[step.b & 0xffff], v[step.b >> 16]);
+    if (TAPE_TAKES_THREE(op)) return noise(op, a, v[step.b & 0xffff], v[step.b >> 16]);
     if (takes_two(op)) b = step.word & TAPE_LITERAL ? truth_number(literal, 0) : v[step.b];
     if (op == TAPE_AND || op == TAPE_OR) return lazy(op, a, b);
     if (a.state == TRUTH_UNDEFINED || b.state == TRUTH_UNDEFINED) return state(TRUTH_UNDEFINED);

@@ -55,11 +55,11 @@ static float random_unit(uint64_t *state)
 }
 
 static const uint32_t all_ops[] = {
-    TAPE_ADD,  TAPE_SUB,   TAPE_MUL, TAPE_DIV,   TAPE_MIN,  TAPE_MAX,    TAPE_NEG,    TAPE_ABS,  TAPE_SQUARE,
-    TAPE_POW,  TAPE_SQRT,  TAPE_EXP, TAPE_LOG,   TAPE_SIN,  TAPE_COS,    TAPE_TAN,    TAPE_ASIN, TAPE_ACOS,
-    TAPE_ATAN, TAPE_ATAN2, TAPE_MOD, TAPE_FLOOR, TAPE_CEIL, TAPE_ROUND,  TAPE_SIGN,   TAPE_LT,   TAPE_LE,
-    TAPE_EQ,   TAPE_AND,   TAPE_OR,  TAPE_NOT,   TAPE_LSE,  TAPE_POWER,  TAPE_SELECT, TAPE_MIN,  TAPE_MAX,
-    TAPE_ADD,  TAPE_SUB,   TAPE_MUL, TAPE_MIN,   TAPE_MAX,  TAPE_SQUARE,
+    TAPE_ADD,  TAPE_SUB,   TAPE_MUL, TAPE_DIV,   TAPE_MIN,  TAPE_MAX,    TAPE_NEG,    TAPE_ABS,   TAPE_SQUARE,
+    TAPE_POW,  TAPE_SQRT,  TAPE_EXP, TAPE_LOG,   TAPE_SIN,  TAPE_COS,    TAPE_TAN,    TAPE_ASIN,  TAPE_ACOS,
+    TAPE_ATAN, TAPE_ATAN2, TAPE_MOD, TAPE_FLOOR, TAPE_CEIL, TAPE_ROUND,  TAPE_SIGN,   TAPE_LT,    TAPE_LE,
+    TAPE_EQ,   TAPE_AND,   TAPE_OR,  TAPE_NOT,   TAPE_LSE,  TAPE_POWER,  TAPE_SELECT, TAPE_MIN,   TAPE_MAX,
+    TAPE_ADD,  TAPE_SUB,   TAPE_MUL, TAPE_MIN,   TAPE_MAX,  TAPE_SQUARE, TAPE_NOISE,  TAPE_CELLS,
 };
 enum { ALL_OPS = sizeof all_ops / sizeof *all_ops };
 
@@ -87,10 +87,10 @@ static bool random_formula(Arena *arena, uint64_t seed, bool pushing, bool gentl
         if (gentle && op == TAPE_DIV) op = TAPE_MAX;
         uint32_t a = random_number(f, made, k, &seed), b = random_number(f, made, k, &seed),
                  c = random_number(f, made, k, &seed);
-        made[k] = op == TAPE_POWER    ? formula_power(f, a, (int32_t)(next_random(&seed) % 11) - 5)
-                  : op == TAPE_SELECT ? formula_select(f, a, b, c)
-                  : has_two(op)       ? formula_op2(f, op, a, b)
-                                      : formula_op1(f, op, a);
+        made[k] = op == TAPE_POWER       ? formula_power(f, a, (int32_t)(next_random(&seed) % 11) - 5)
+                  : TAPE_TAKES_THREE(op) ? formula_op3(f, op, a, b, c)
+                  : has_two(op)          ? formula_op2(f, op, a, b)
+                                         : formula_op1(f, op, a);
     }
     for (uint32_t k = 1; k <= 4; k++) {
         uint32_t one = formula_compare(f, made[count - k], next_random(&seed) & 1, k == 1 ? 0 : random_unit(&seed));
