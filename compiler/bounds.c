@@ -638,33 +638,61 @@ static void cut_by_fields(const Scene *s, Bounds *box, const Meeting *m)
     }
 }
 
+// A set while its parts come one by one.
+typedef struct Set {
+    Meeting m;
+    Bounds box;
+    bool united;
+} Set;
+
+static void set_begin(Set *set, bool united)
+{
+    set->m.count = set->m.plane_count = set->m.field_count = 0;
+    set->box = united ? nothing() : everything();
+    set->united = united;
+}
+
+// A part of the kind of a shape's node, to be met with the others where it is a leaf that can be. True where that is all of it: a field that waits for
+// what others leave of it.
+static bool set_leaf(Scene *s, Set *set, unsigned kind, uint32_t leaf)
+{
+    if (set->united) return false;
+    if (kind == SHAPE_QUADRIC) add_quadric(s, &set->m, &s->plan->leaves[leaf]);
+    return kind == SHAPE_FIELD && add_field(s, &set->m, &s->plan->leaves[leaf]);
+}
+
+static void set_part(Set *set, Bounds part)
+{
+    if (set->united)
+        hull(&set->box, &part);
+    else
+        meet(&set->box, &part);
+}
+
+static Bounds set_end(Scene *s, Set *set)
+{
+    if (!set->united) {
+        cut_by_quadrics(&set->box, &set->m);
+        cut_by_fields(s, &set->box, &set->m);
+    }
+    return set->box;
+}
+
 static Bounds tree_bounds(Scene *s, const PlanShape *shape, uint32_t leaf_begin, uint32_t *next)
 {
     const PlanShapeNode *node = &shape->nodes[(*next)++];
-    if (node->kind != SHAPE_UNION && node->kind != SHAPE_INTERSECT) {
+    if (node->kind != SHAPE_UNION && node->kind != SHAPE_INTERSECT)
         return leaf_bounds(s, &s->plan->leaves[leaf_begin + node->leaf]);
-    }
-    bool united = node->kind == SHAPE_UNION;
-    Meeting m;
-    m.count = m.plane_count = m.field_count = 0;
-    Bounds box = united ? nothing() : everything();
+    Set set;
+    set_begin(&set, node->kind == SHAPE_UNION);
     for (uint32_t k = 0; k < node->count; k++) {
         const PlanShapeNode *child = &shape->nodes[*next];
-        if (child->kind == SHAPE_QUADRIC) add_quadric(s, &m, &s->plan->leaves[leaf_begin + child->leaf]);
-        if (!united && child->kind == SHAPE_FIELD && add_field(s, &m, &s->plan->leaves[leaf_begin + child->leaf])) {
+        if (set_leaf(s, &set, child->kind, leaf_begin + child->leaf))
             (*next)++;
-            continue;
-        }
-        Bounds other = tree_bounds(s, shape, leaf_begin, next);
-        if (united) {
-            hull(&box, &other);
-        } else {
-            meet(&box, &other);
-        }
+        else
+            set_part(&set, tree_bounds(s, shape, leaf_begin, next));
     }
-    if (!united) cut_by_quadrics(&box, &m);
-    if (!united) cut_by_fields(s, &box, &m);
-    return box;
+    return set_end(s, &set);
 }
 
 static Bounds component_bounds(Scene *s, uint32_t index)
@@ -677,26 +705,14 @@ static Bounds component_bounds(Scene *s, uint32_t index)
 static Bounds group_bounds(Scene *s, uint32_t index)
 {
     const PlanGroup *group = &s->plan->groups[index];
-    bool united = s->plan->group_types[group->type].set == SET_UNION;
-    Bounds box = united ? nothing() : everything();
-    Meeting m;
-    m.count = m.plane_count = m.field_count = 0;
+    Set set;
+    set_begin(&set, s->plan->group_types[group->type].set == SET_UNION);
     for (uint32_t k = group->component_begin; k < group->component_begin + group->component_count; k++) {
         const PlanComponent *component = &s->plan->components[k];
-        const PlanShape *shape = &s->plan->shapes[component->shape];
-        const PlanLeaf *leaf = &s->plan->leaves[component->leaf_begin];
-        if (shape->nodes[0].kind == SHAPE_QUADRIC) add_quadric(s, &m, leaf);
-        if (!united && shape->nodes[0].kind == SHAPE_FIELD && add_field(s, &m, leaf)) continue;
-        Bounds other = component_bounds(s, k);
-        if (united) {
-            hull(&box, &other);
-        } else {
-            meet(&box, &other);
-        }
+        unsigned kind = s->plan->shapes[component->shape].nodes[0].kind;
+        if (!set_leaf(s, &set, kind, component->leaf_begin)) set_part(&set, component_bounds(s, k));
     }
-    if (!united) cut_by_quadrics(&box, &m);
-    if (!united) cut_by_fields(s, &box, &m);
-    return box;
+    return set_end(s, &set);
 }
 
 Bounds bounds_of_leaf(const Plan *plan, const double *values, const PlanLeaf *leaf)

@@ -205,20 +205,23 @@ bool field_code(Arena *arena, const Ir *ir, IrId field, const FieldSlots *slots,
     return b.ok;
 }
 
+uint32_t field_after(FieldCode code, uint32_t at)
+{
+    switch (code.words[at]) {
+    case FIELD_TAPE: return at + 2 + 2 * code.words[at + 1];
+    case FIELD_CUBE: return at + 3;
+    case FIELD_QUADRIC:
+    case FIELD_SHOW:
+    case FIELD_MIX:
+    case FIELD_ENTER: return at + 2;
+    default: return at + 1;
+    }
+}
+
 bool field_is_general(FieldCode code)
 {
-    for (uint32_t k = 0; k < code.count;) {
-        switch (code.words[k++]) {
-        case FIELD_TAPE:
-        case FIELD_MIX_AT: return true;
-        case FIELD_CUBE: k += 2; break;
-        case FIELD_QUADRIC:
-        case FIELD_SHOW:
-        case FIELD_MIX:
-        case FIELD_ENTER: k++; break;
-        default: break;
-        }
-    }
+    for (uint32_t k = 0; k < code.count; k = field_after(code, k))
+        if (code.words[k] == FIELD_TAPE || code.words[k] == FIELD_MIX_AT) return true;
     return false;
 }
 

@@ -81,6 +81,9 @@ bool field_place(FieldCode code, const double *values, const double point[3], do
 double field_height(FieldCode field, FieldCode support, const double *values, const double matrix[12],
                     const double point[3]);
 
+// Where the operation at a word ends: the word of the next one.
+uint32_t field_after(FieldCode code, uint32_t at);
+
 // Whether the code has expressions, and F is no piecewise polynomial along a ray.
 bool field_is_general(FieldCode code);
 

@@ -213,20 +213,8 @@ static bool changes(Ray *r, double a, double b, int depth)
 static uint32_t longest_tape(FieldCode code)
 {
     uint32_t most = 0;
-    for (uint32_t k = 0; k < code.count;) {
-        switch (code.words[k++]) {
-        case FIELD_TAPE:
-            most = code.words[k] > most ? code.words[k] : most;
-            k += 1 + 2 * code.words[k];
-            break;
-        case FIELD_CUBE: k += 2; break;
-        case FIELD_QUADRIC:
-        case FIELD_SHOW:
-        case FIELD_MIX:
-        case FIELD_ENTER: k++; break;
-        default: break;
-        }
-    }
+    for (uint32_t k = 0; k < code.count; k = field_after(code, k))
+        if (code.words[k] == FIELD_TAPE && code.words[k + 1] > most) most = code.words[k + 1];
     return most;
 }
 

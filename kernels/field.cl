@@ -405,14 +405,12 @@ static FLOAT field_next(const Ray *ray, uint id, FLOAT t, FLOAT bound, float sig
 // As freeform_advance().
 static FLOAT field_advance(const Ray *ray, uint id, Stretch *stretch, FLOAT t, FLOAT bound, float sign)
 {
-    INT stale = (t >= stretch->end) & (t < bound);
+    INT stale = stretch_is_over(stretch, t, bound);
     if (ANY(stale)) {
         FLOAT limit = stale ? bound : (FLOAT)(-INFINITY);
-        FLOAT entry = field_next(ray, id, t, limit, sign, (t == stretch->end) & (stretch->begin < INFINITY), 0);
+        FLOAT entry = field_next(ray, id, t, limit, sign, stretch_ends_at(stretch, t), 0);
         FLOAT end = field_next(ray, id, entry, limit, -sign, t == t, 0);
-        FLOAT first = entry > t ? entry : (FLOAT)(-INFINITY);
-        stretch->begin = stale ? first : stretch->begin;
-        stretch->end = stale ? end : stretch->end;
+        stretch_keep(stretch, stale, t, entry, end);
     }
     return most(t, stretch->begin);
 }

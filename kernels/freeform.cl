@@ -455,18 +455,15 @@ INLINE FLOAT freeform_first(const Ray *ray, uint id, uint begin, uint stop, FLOA
     return freeform_next(ray, id, begin, stop, t, bound, 1.0f, t != t);
 }
 
-// As quadric_enter() (sign 1) and quadric_leave() (sign -1), for set operations: keeps the stretch that was found last. One that is under way at t began
-// before: -infinity, so that it does not decide there.
+// As quadric_enter() (sign 1) and quadric_leave() (sign -1), for set operations: keeps the stretch that was found last.
 static FLOAT freeform_advance(const Ray *ray, uint id, uint begin, uint stop, Stretch *stretch, FLOAT t, FLOAT bound, float sign)
 {
-    INT stale = (t >= stretch->end) & (t < bound);
+    INT stale = stretch_is_over(stretch, t, bound);
     if (ANY(stale)) {
         FLOAT limit = stale ? bound : (FLOAT)(-INFINITY);
-        FLOAT entry = freeform_next(ray, id, begin, stop, t, limit, sign, (t == stretch->end) & (stretch->begin < INFINITY));
+        FLOAT entry = freeform_next(ray, id, begin, stop, t, limit, sign, stretch_ends_at(stretch, t));
         FLOAT end = freeform_next(ray, id, begin, stop, entry, limit, -sign, t == t);
-        FLOAT first = entry > t ? entry : (FLOAT)(-INFINITY);
-        stretch->begin = stale ? first : stretch->begin;
-        stretch->end = stale ? end : stretch->end;
+        stretch_keep(stretch, stale, t, entry, end);
     }
     return most(t, stretch->begin);
 }

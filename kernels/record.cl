@@ -186,7 +186,26 @@ typedef struct Stretch {
     FLOAT begin, end;
 } Stretch;
 
-// Words of the tree of a shape (compiler/emit.c) that are no leaf: what joins the two before them.
+// Whether another stretch has to be found at t, and whether one was found and t is its end.
+INLINE INT stretch_is_over(const Stretch *stretch, FLOAT t, FLOAT bound)
+{
+    return (t >= stretch->end) & (t < bound);
+}
+
+INLINE INT stretch_ends_at(const Stretch *stretch, FLOAT t)
+{
+    return (t == stretch->end) & (stretch->begin < INFINITY);
+}
+
+// The stretch that was found from t on, in the lanes that looked for one. One that is under way at t began before: -infinity, so that it does not decide there.
+INLINE void stretch_keep(Stretch *stretch, INT stale, FLOAT t, FLOAT entry, FLOAT end)
+{
+    FLOAT first = entry > t ? entry : (FLOAT)(-INFINITY);
+    stretch->begin = stale ? first : stretch->begin;
+    stretch->end = stale ? end : stretch->end;
+}
+
+// Words of the tree of a shape (compiler/emit_deep.c) that are no leaf: what joins the two before them.
 #define TREE_UNION 0xfffeu
 #define TREE_INTERSECT 0xffffu
 

@@ -96,12 +96,9 @@ static void list_tile(SLICE_ARGUMENTS, const SliceNode *node, __global uint *kno
 __kernel void slice_lists(SLICE_ARGUMENTS)
 {
     Memory m = memory_of(frame, memory);
-    uint count = counters[SLICE_COUNT_NODES(level)];
-    uint share = clamp(count / (32u * (uint)get_global_size(0)), 1u, 8u); // tiles that are taken at once
-    for (;;) {
-        uint k = atomic_add(counters + SLICE_COUNT_TAKEN(level), share);
-        if (k >= count) return;
-        for (uint end = min(k + share, count); k < end; k++) {
+    uint k, end;
+    while (take_tiles(counters, level, &k, &end)) {
+        for (; k < end; k++) {
             SliceNode node = nodes[k];
             list_tile(frame, counters, pool, nodes, next, across, up, picture, memory, level, size, &node, m.known);
         }

@@ -173,6 +173,16 @@ static void draw_rows(__constant SliceFrame *frame, const SliceNode *node, uint 
     __constant SliceFrame *frame, __global uint *counters, __global TapeStep *pool, __global SliceNode *nodes, __global SliceNode *next,                    \
         __global const float *across, __global const float *up, __global ushort *picture, __global uchar *memory, uint level, uint size
 
+// The tiles of a level that a work-item does next: k … end - 1. Whether there are any.
+static int take_tiles(__global uint *counters, uint level, uint *k, uint *end)
+{
+    uint count = counters[SLICE_COUNT_NODES(level)];
+    uint share = clamp(count / (32u * (uint)get_global_size(0)), 1u, 8u);
+    *k = atomic_add(counters + SLICE_COUNT_TAKEN(level), share);
+    *end = min(*k + share, count);
+    return *k < count;
+}
+
 static void split_tile(SLICE_ARGUMENTS, const SliceNode *node, Memory m)
 {
     Steps steps = pool + node->first;
@@ -206,12 +216,9 @@ static void draw_tile(SLICE_ARGUMENTS, const SliceNode *node, Memory m)
 __kernel void slice_tiles(SLICE_ARGUMENTS)
 {
     Memory m = memory_of(frame, memory);
-    uint count = counters[SLICE_COUNT_NODES(level)];
-    uint share = clamp(count / (32u * (uint)get_global_size(0)), 1u, 8u); // tiles that are taken at once
-    for (;;) {
-        uint k = atomic_add(counters + SLICE_COUNT_TAKEN(level), share);
-        if (k >= count) return;
-        for (uint end = min(k + share, count); k < end; k++) {
+    uint k, end;
+    while (take_tiles(counters, level, &k, &end)) {
+        for (; k < end; k++) {
             SliceNode node = nodes[k];
             if (size > SLICE_LEAF)
                 split_tile(frame, counters, pool, nodes, next, across, up, picture, memory, level, size, &node, m);

@@ -678,14 +678,12 @@ NOINLINE FLOAT thick_next(const Ray *ray, uint id, uint begin, uint stop, FLOAT 
 // As freeform_advance().
 static FLOAT thick_advance(const Ray *ray, uint id, uint begin, uint stop, Stretch *stretch, FLOAT t, FLOAT bound, float sign)
 {
-    INT stale = (t >= stretch->end) & (t < bound);
+    INT stale = stretch_is_over(stretch, t, bound);
     if (ANY(stale)) {
         FLOAT limit = stale ? bound : (FLOAT)(-INFINITY);
-        FLOAT entry = thick_next(ray, id, begin, stop, t, limit, sign, (t == stretch->end) & (stretch->begin < INFINITY), 0);
+        FLOAT entry = thick_next(ray, id, begin, stop, t, limit, sign, stretch_ends_at(stretch, t), 0);
         FLOAT end = thick_next(ray, id, begin, stop, entry, limit, -sign, t == t, 0);
-        FLOAT first = entry > t ? entry : (FLOAT)(-INFINITY);
-        stretch->begin = stale ? first : stretch->begin;
-        stretch->end = stale ? end : stretch->end;
+        stretch_keep(stretch, stale, t, entry, end);
     }
     return most(t, stretch->begin);
 }

@@ -5,6 +5,7 @@
 
 #include "compiler/field.h"
 #include "compiler/param.h"
+#include "compiler/tape.h"
 #include "runtime/tree.h"
 
 typedef struct Maker {
@@ -22,25 +23,33 @@ static void join_slots(Maker *m, TreeMovers *movers, Slot slot, uint32_t count)
 
 enum { QUADRIC_SLOTS = 10, MATRIX_SLOTS = 12 };
 
+// The slots that the steps of a tape name.
+static void join_tape(Maker *m, TreeMovers *movers, const TapeStep *steps, uint32_t count)
+{
+    for (uint32_t k = 0; k < count; k++)
+        if (TAPE_OP(steps[k].word) == TAPE_NUMBER || steps[k].word & TAPE_LITERAL) join_slots(m, movers, steps[k].b, 1);
+}
+
 // The slots that a field program names, as field.h says. Returns the index behind it.
 static uint32_t join_field(Maker *m, TreeMovers *movers, uint32_t at)
 {
-    const uint32_t *words = m->plan->operands;
-    uint32_t end = at + 1 + words[at];
-    for (at++; at < end;) {
-        switch ((FieldOp)words[at++]) {
-        case FIELD_QUADRIC: join_slots(m, movers, words[at++], QUADRIC_SLOTS); break;
-        case FIELD_ENTER: join_slots(m, movers, words[at++], MATRIX_SLOTS); break;
+    FieldCode code = {m->plan->operands + at + 1, m->plan->operands[at]};
+    for (uint32_t k = 0; k < code.count; k = field_after(code, k)) {
+        uint32_t operand = k + 1 < code.count ? code.words[k + 1] : 0;
+        switch ((FieldOp)code.words[k]) {
+        case FIELD_QUADRIC: join_slots(m, movers, operand, QUADRIC_SLOTS); break;
+        case FIELD_ENTER: join_slots(m, movers, operand, MATRIX_SLOTS); break;
         case FIELD_SHOW:
-        case FIELD_MIX: join_slots(m, movers, words[at++], 1); break;
+        case FIELD_MIX: join_slots(m, movers, operand, 1); break;
         case FIELD_CUBE:
-            join_slots(m, movers, words[at++], 1);
-            join_slots(m, movers, words[at++], 1);
+            join_slots(m, movers, operand, 1);
+            join_slots(m, movers, code.words[k + 2], 1);
             break;
+        case FIELD_TAPE: join_tape(m, movers, (const TapeStep *)(code.words + k + 2), operand); break;
         default: break;
         }
     }
-    return end;
+    return at + 1 + code.count;
 }
 
 static TreeMovers step_movers(Maker *m, const PlanStep *step)
@@ -129,10 +138,8 @@ static void add_supports(Maker *m, TreeNode *node, const PlanLeaf *leaf)
 
 static void add_tape(Maker *m, TreeNode *node, const PlanTape *tape)
 {
-    for (uint32_t k = tape->first; k < tape->first + tape->count; k++) {
-        const TapeStep *step = &m->plan->tape_steps[k];
-        if (TAPE_OP(step->word) == TAPE_NUMBER || step->word & TAPE_LITERAL) take_movers(m, node, step->b, 1);
-    }
+    join_tape(m, &node->movers, m->plan->tape_steps + tape->first, tape->count);
+    node->rate = node->movers ? RATE_FRAME : RATE_CONST;
 }
 
 // A general field or a patch.

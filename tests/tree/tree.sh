@@ -46,6 +46,23 @@ run 0 "$scn" build --source field.scn -o field.scnk
 run 0 "$scn" tree --json field.scnk
 json '.tree.class == "field" and .tree.parts[0].moved_by == ["a"] and .tree.parts[0].bounds[1][0] < 2' out
 
+# What moves a field moves what stands on it.
+cat >standing.scn <<'END'
+param swell: scalar = 0.2 in 0 .. 1;
+param apart: scalar = 3;
+object wavy = field(1 + swell - x^2 - y^2 - z^2 - 0.2 * sin(1rad * 3 * x)) & box(3);
+let top = surface(wavy, from: (0, 0, 5));
+scene {
+    wavy;
+    freeform(sphere(1)) { bump(on: top, radius: 0.4, height: 0.1); }.named("ball");
+    sphere(1).move(apart, 0, 0).named("far");
+}
+END
+run 0 "$scn" build --source standing.scn -o standing.scnk
+run 0 "$scn" tree --json standing.scnk
+json '[.. | objects | select(.name == "ball") | .moved_by] == [["swell"]]' out
+json '[.. | objects | select(.name == "far") | .moved_by] == [["apart"]]' out
+
 # Colours are those of messages.
 run 0 "$scn" tree --color always "$folder/moving.scn"
 says out "$(printf '\033[1mscene')"
