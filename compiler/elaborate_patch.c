@@ -20,6 +20,7 @@ enum {
     PATCH_TANGENTS,
     PATCH_GRAVITY,
     PATCH_ACCURACY,
+    PATCH_CLOSURE,
     PATCH_PARTS
 };
 
@@ -279,13 +280,16 @@ static Value eval_patch(Eval *e, const Node *node, const Call *call, const Value
     }
     flat_place(e, node, start);
     if (given(call, PATCH_START)) memcpy(start, args[PATCH_START].vector, sizeof start);
-    Scalar shape[5] = {scalar_of(nodes), scalar_of(!strcmp(args[PATCH_SCHEME].string, "newmark")),
-                       scalar_of(!strcmp(args[PATCH_TANGENTS].string, "all")), args[PATCH_STEP].scalar,
+    Scalar shape[6] = {scalar_of(nodes),
+                       scalar_of(!strcmp(args[PATCH_SCHEME].string, "newmark")),
+                       scalar_of(!strcmp(args[PATCH_TANGENTS].string, "all")),
+                       scalar_of(!strcmp(args[PATCH_CLOSURE].string, "accurate")),
+                       args[PATCH_STEP].scalar,
                        args[PATCH_ACCURACY].scalar};
     Scalar weights[2] = {args[PATCH_DENSITY].scalar, args[PATCH_DAMPING].scalar};
     IrId ids[PATCH_OPERANDS];
     uint32_t count = 0;
-    put(e, ids, &count, shape, 5);
+    put(e, ids, &count, shape, 6);
     put(e, ids, &count, stiffness, 9);
     put(e, ids, &count, weights, 2);
     put(e, ids, &count, force, 3);

@@ -52,8 +52,8 @@ typedef enum IrRate { RATE_CONST, RATE_FRAME, RATE_POINT } IrRate;
 typedef enum IrClass { CLASS_NONE, CLASS_QUADRIC, CLASS_FREEFORM, CLASS_SET, CLASS_GENERAL } IrClass;
 // CLASS_SET: set operations of quadrics and free forms only.
 
-// Nodes a side that a patch may have, and how many operands OP_PATCH has.
-enum { PATCH_NODES_MIN = 5, PATCH_NODES_MAX = 257, PATCH_OPERANDS = 46 };
+// Nodes a side that a patch may have, how many operands OP_PATCH has, and how many of these are const, the first.
+enum { PATCH_NODES_MIN = 5, PATCH_NODES_MAX = 257, PATCH_OPERANDS = 47, PATCH_CONSTS = 4 };
 
 typedef enum LightKind { LIGHT_DIRECTIONAL, LIGHT_POINT, LIGHT_SPOT } LightKind;
 

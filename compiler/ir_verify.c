@@ -91,7 +91,7 @@ static void check_patch(Verifier *v, const IrNode *node)
 {
     check(v, node->text != NULL, "a patch has a name");
     double nodes = 0, value;
-    for (uint32_t k = 0; k < 3; k++) {
+    for (uint32_t k = 0; k < PATCH_CONSTS; k++) {
         bool known = ir_is_const(v->ir, v->ir->operands[node->first + k], &value);
         check(v, known && (k == 0 || value == 0 || value == 1), "what shapes a patch is known");
         if (k == 0) nodes = value;

@@ -31,7 +31,7 @@ static void find_moving(Patches *p)
 }
 
 // The scalars of the run are operands `first` … of the patch.
-enum { FIRST_MODEL = 3, FIRST_FORCE = 16, FIRST_START = 19, FIRST_EDGES = 22 };
+enum { FIRST_MODEL = PATCH_CONSTS, FIRST_FORCE = 17, FIRST_START = 20, FIRST_EDGES = 23 };
 
 static PlanRun run_new(Patches *p, Values *v, IrId patch, uint32_t first, uint32_t count)
 {
@@ -116,13 +116,14 @@ static void patch_new(Patches *p, PlanPatch *patch, IrId id)
     const Ir *ir = p->ir;
     bool driven = ir_at(ir, id)->op == OP_DRIVEN;
     IrId equation = driven ? ir_operand(ir, id, 0) : id;
-    double shape[3];
-    for (uint32_t k = 0; k < 3; k++) ir_is_const(ir, ir_operand(ir, equation, k), &shape[k]);
+    double shape[PATCH_CONSTS];
+    for (uint32_t k = 0; k < PATCH_CONSTS; k++) ir_is_const(ir, ir_operand(ir, equation, k), &shape[k]);
     *patch = (PlanPatch){.name = ir_at(ir, equation)->text,
                          .span = ir_at(ir, equation)->span,
                          .nodes = (uint32_t)shape[0],
                          .newmark = shape[1] != 0,
-                         .all_tangents = shape[2] != 0};
+                         .all_tangents = shape[2] != 0,
+                         .accurate = shape[3] != 0};
     Values v = program_new(p, patch);
     for (uint32_t k = FIRST_MODEL; k < FIRST_FORCE; k++) values_need_checked(&v, ir_operand(ir, equation, k));
     if (driven) need_parts(&v, id);

@@ -188,13 +188,13 @@ typedef struct PlanPatch {
     const char *name; // "" if it has none
     Span span;
     uint32_t nodes; // a side
-    bool newmark, all_tangents;
+    bool newmark, all_tangents, accurate;
     struct Plan *program; // values, steps and operands only
     Slot point;           // x y z u v
     uint32_t frame_end;
     PlanRun edges, force, start;
-    bool varies;                    // numbers of its equation, or of a part, change with time
-    Slot model[PATCH_OPERANDS - 3]; // the operands of OP_PATCH from the step on
+    bool varies;                               // numbers of its equation, or of a part, change with time
+    Slot model[PATCH_OPERANDS - PATCH_CONSTS]; // the operands of OP_PATCH from the step on
     PlanPart *parts;
     uint32_t part_count;
     Slot

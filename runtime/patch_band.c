@@ -49,7 +49,8 @@ void patch_band_free(PatchBand *band)
     free(band);
 }
 
-static void fill(const PatchBand *band, Storage *storage, const PatchStiffness *stiffness, double mu)
+static void fill(const PatchBand *band, Storage *storage, const PatchStiffness *stiffness, PatchClosure closure,
+                 double mu)
 {
     int m = band->m, lowest = -storage->diagonal;
     for (size_t k = 0; k < size_of(band, storage); k++) storage->values[k] = 0;
@@ -62,7 +63,7 @@ static void fill(const PatchBand *band, Storage *storage, const PatchStiffness *
                     int below = p * m + q; // how far the row is under the diagonal
                     // A neighbour beyond the end of its line would be counted as a node of the next line.
                     if (below >= lowest && j + q >= 1 && j + q <= m)
-                        diagonal[below] += patch_entry(stiffness, band->nodes, i, j, p, q);
+                        diagonal[below] += patch_entry(stiffness, closure, band->nodes, i, j, p, q);
                 }
             *diagonal += mu;
         }
@@ -81,29 +82,30 @@ static void take_out(const PatchBand *band, Storage *storage, int unknown)
     }
 }
 
-static void assemble(const PatchBand *band, Storage *storage, const PatchStiffness *stiffness, double mu,
-                     const PatchPin *pins, int pin_count)
+static void assemble(const PatchBand *band, Storage *storage, const PatchStiffness *stiffness, PatchClosure closure,
+                     double mu, const PatchPin *pins, int pin_count)
 {
-    fill(band, storage, stiffness, mu);
+    fill(band, storage, stiffness, closure, mu);
     for (int k = 0; k < pin_count; k++) take_out(band, storage, (pins[k].i - 1) * band->m + pins[k].j - 1);
 }
 
-bool patch_band_factor(PatchBand *band, const PatchStiffness *stiffness, double mu, const PatchPin *pins, int pin_count)
+bool patch_band_factor(PatchBand *band, const PatchStiffness *stiffness, PatchClosure closure, double mu,
+                       const PatchPin *pins, int pin_count)
 {
     band->general = false;
-    assemble(band, &band->half, stiffness, mu, pins, pin_count);
+    assemble(band, &band->half, stiffness, closure, mu, pins, pin_count);
     return !LAPACKE_dpbtrf_work(LAPACK_COL_MAJOR, 'L', band->unknowns, 2 * band->m, band->half.values, band->half.rows);
 }
 
-bool patch_band_factor_any(PatchBand *band, const PatchStiffness *stiffness, double mu, const PatchPin *pins,
-                           int pin_count)
+bool patch_band_factor_any(PatchBand *band, const PatchStiffness *stiffness, PatchClosure closure, double mu,
+                           const PatchPin *pins, int pin_count)
 {
-    if (patch_band_factor(band, stiffness, mu, pins, pin_count)) return true;
+    if (patch_band_factor(band, stiffness, closure, mu, pins, pin_count)) return true;
     if (!band->whole.values) band->whole.values = malloc(size_of(band, &band->whole) * sizeof(double));
     if (!band->pivots) band->pivots = malloc((size_t)band->unknowns * sizeof *band->pivots);
     if (!band->whole.values || !band->pivots) return false;
     band->general = true;
-    assemble(band, &band->whole, stiffness, mu, pins, pin_count);
+    assemble(band, &band->whole, stiffness, closure, mu, pins, pin_count);
     int reach = 2 * band->m;
     return !LAPACKE_dgbtrf_work(LAPACK_COL_MAJOR, band->unknowns, band->unknowns, reach, reach, band->whole.values,
                                 band->whole.rows, band->pivots);

@@ -6,7 +6,7 @@
 // right side has there.
 //
 //     PatchBand *band = patch_band_new(nodes, &failure);
-//     if (patch_band_factor(band, &stiffness, mu, pins, count)) patch_band_solve(band, x, 1);
+//     if (patch_band_factor(band, &stiffness, closure, mu, pins, count)) patch_band_solve(band, x, 1);
 //     patch_band_free(band);
 #ifndef SCN_RUNTIME_PATCH_BAND_H
 #define SCN_RUNTIME_PATCH_BAND_H
@@ -21,12 +21,12 @@ PatchBand *patch_band_new(int nodes, Failure *failure);
 void patch_band_free(PatchBand *band); // NULL is nothing
 
 // False if the matrix is not positive definite; the band is then not to be used for solving.
-bool patch_band_factor(PatchBand *band, const PatchStiffness *stiffness, double mu, const PatchPin *pins,
-                       int pin_count);
+bool patch_band_factor(PatchBand *band, const PatchStiffness *stiffness, PatchClosure closure, double mu,
+                       const PatchPin *pins, int pin_count);
 
 // The same for any matrix that is not singular. False if it is, or if there is no memory.
-bool patch_band_factor_any(PatchBand *band, const PatchStiffness *stiffness, double mu, const PatchPin *pins,
-                           int pin_count);
+bool patch_band_factor_any(PatchBand *band, const PatchStiffness *stiffness, PatchClosure closure, double mu,
+                           const PatchPin *pins, int pin_count);
 
 // Replaces `count` right sides, one after the other in x, by the solutions.
 void patch_band_solve(const PatchBand *band, double *x, int count);

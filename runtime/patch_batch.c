@@ -3,10 +3,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-PatchBatch *patch_batch_new(int nodes)
+PatchBatch *patch_batch_new(int nodes, PatchClosure closure)
 {
     PatchBatch *batch = calloc(1, sizeof *batch);
-    if (batch) batch->nodes = nodes;
+    if (batch) *batch = (PatchBatch){.nodes = nodes, .closure = closure};
     return batch;
 }
 
@@ -31,7 +31,7 @@ bool patch_batch_open(PatchBatch *batch, Device *device, bool cached, Failure *f
     if (batch->patches) return true;
     if (!batch->steps) batch->steps = calloc((size_t)batch->members, sizeof *batch->steps);
     if (!batch->steps) return fail(failure, "out of memory for patches");
-    batch->patches = patch_device_new(device, batch->nodes, batch->members, failure);
+    batch->patches = patch_device_new(device, batch->nodes, batch->closure, batch->members, failure);
     // Where the kernels cannot be kept nothing is lost but the time to build them again.
     if (batch->patches && cached) patch_device_store(batch->patches, &(Failure){""});
     return batch->patches != NULL;

@@ -1,6 +1,6 @@
 // Patches of a scene that step together on the device: one launch does a step of all of them, one read brings all shapes.
 //
-//     PatchBatch *batch = patch_batch_new(nodes);
+//     PatchBatch *batch = patch_batch_new(nodes, closure);
 //     int k = patch_batch_join(batch);                             for each patch, before the batch is opened
 //     if (!patch_batch_open(batch, device, cached, &failure)) …    makes batch->patches
 //     for each round:
@@ -9,7 +9,7 @@
 //         if (!patch_batch_launch(batch, &failure)) …              does what will step; the others rest
 //     patch_batch_leave(batch);                                    as often as it was joined: the last one frees it
 //
-// Those that share a batch have equal grids, and it is best that they are alike in whether they touch solids and
+// Those that share a batch have equal grids and closures, and it is best that they are alike in whether they touch solids and
 // whether many steps are one launch (runtime/patch_device.h). Which patches are together changes no bit.
 #ifndef SCN_RUNTIME_PATCH_BATCH_H
 #define SCN_RUNTIME_PATCH_BATCH_H
@@ -19,6 +19,7 @@
 typedef struct PatchBatch {
     PatchDevice *patches; // NULL: not opened
     int nodes, members, left;
+    PatchClosure closure;
     int *steps;   // of each, in the next launch
     bool waiting; // one of them is not 0
     PatchSolid *solids;
@@ -27,7 +28,7 @@ typedef struct PatchBatch {
 } PatchBatch;
 
 // NULL where there is no memory.
-PatchBatch *patch_batch_new(int nodes);
+PatchBatch *patch_batch_new(int nodes, PatchClosure closure);
 
 // A place in the batch.
 int patch_batch_join(PatchBatch *batch);

@@ -139,7 +139,7 @@ static bool make_buffers(PatchDevice *patches, Failure *failure)
 
 static bool allocate(PatchDevice *patches, Failure *failure)
 {
-    patches->modes = patch_modes_new(patches->nodes, failure);
+    patches->modes = patch_modes_new(patches->nodes, patches->closure, failure);
     if (!patches->modes) return false;
     size_t m = (size_t)patches->modes->m, square = patch_square_of(patches);
     patches->sides = calloc((size_t)patches->count, sizeof *patches->sides);
@@ -161,9 +161,10 @@ static bool allocate(PatchDevice *patches, Failure *failure)
     return true;
 }
 
-PatchDevice *patch_device_new(Device *device, int nodes, int count, Failure *failure)
+PatchDevice *patch_device_new(Device *device, int nodes, PatchClosure closure, int count, Failure *failure)
 {
     PatchModel base = patch_model_base(nodes);
+    base.closure = closure;
     if (!patch_accept(&base, failure)) return NULL;
     // A launch has a work-group for each component; on CPUs those that need no compiler at the start are for fewer than
     // 65,536.
@@ -178,6 +179,7 @@ PatchDevice *patch_device_new(Device *device, int nodes, int count, Failure *fai
     }
     *patches = (PatchDevice){.device = device,
                              .nodes = nodes,
+                             .closure = closure,
                              .count = count,
                              .slots = 3 * count,
                              .iterations = DEFAULT_ITERATIONS,

@@ -1,6 +1,6 @@
 // Many patches of one grid at once on an OpenCL device, in float, in the basis of beam modes (kernels/patch.cl).
 //
-//     PatchDevice *patches = patch_device_new(device, nodes, count, &failure);
+//     PatchDevice *patches = patch_device_new(device, nodes, closure, count, &failure);
 //     for each: patch_device_model(patches, k, &model, &failure); patch_device_start(patches, k, edges, x, v);
 //     for each frame:
 //         patch_device_model() where handles moved, patch_device_edges() and patch_device_force() where they change
@@ -44,9 +44,9 @@ typedef struct PatchDevice PatchDevice;
 typedef bool PatchDeviceLaw(void *context, PatchDevice *patches, cl_mem nodes, cl_mem touch, cl_mem kappa,
                             Failure *failure);
 
-// `count` flat patches at rest with the base model. NULL with `failure` set. The device has to outlive them; the caller
+// `count` flat patches at rest with the base model, all of one closure, as their modes are. NULL with `failure` set. The device has to outlive them; the caller
 // frees them.
-PatchDevice *patch_device_new(Device *device, int nodes, int count, Failure *failure);
+PatchDevice *patch_device_new(Device *device, int nodes, PatchClosure closure, int count, Failure *failure);
 void patch_device_free(PatchDevice *patches); // NULL is nothing
 
 // How many times the OpenCL compiler ran: 1, or 0 where the cache had the binary (runtime/program.h), or other patches of the device have it. Storing puts it

@@ -109,6 +109,7 @@ bool patch_device_model(PatchDevice *patches, int patch, const PatchModel *model
     PatchSide *side = &patches->sides[patch];
     if (model->nodes != patches->nodes)
         return fail(failure, "a patch of %d nodes a side cannot get %d", patches->nodes, model->nodes);
+    if (model->closure != patches->closure) return fail(failure, "a patch cannot get another closure");
     if (model->pin_count > PATCH_MAX_PINS)
         return fail(failure, "%d pins in a patch: on the device there are at most %d, the direct solver has any number",
                     model->pin_count, PATCH_MAX_PINS);

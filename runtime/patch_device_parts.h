@@ -28,6 +28,7 @@ struct PatchDevice {
     Program *program; // the device's
     int builds;
     cl_kernel step, show, contact;
+    PatchClosure closure;
     int nodes, count, slots, pin_room;
     size_t group; // work-items of a work-group
     int iterations;

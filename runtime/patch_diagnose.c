@@ -154,7 +154,7 @@ static void check_pins(const PatchModel *model, Findings *findings)
 static bool is_positive(const PatchModel *model, const PatchStiffness *stiffness)
 {
     PatchBand *band = patch_band_new(model->nodes, NULL);
-    bool positive = !band || patch_band_factor(band, stiffness, 0, NULL, 0);
+    bool positive = !band || patch_band_factor(band, stiffness, model->closure, 0, NULL, 0);
     patch_band_free(band);
     return positive;
 }

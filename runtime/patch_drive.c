@@ -82,6 +82,7 @@ bool patch_driver_at(PatchDriver *driver, double time, const double *inputs, Fra
         .density = number(driver, MODEL_DENSITY),
         .damping = number(driver, MODEL_DAMPING),
         .scheme = patch->newmark ? PATCH_NEWMARK : PATCH_IMPLICIT,
+        .closure = patch->accurate ? PATCH_ACCURATE : PATCH_PLAIN,
         .tangents = patch->all_tangents ? PATCH_TANGENTS_ALL : PATCH_TANGENTS_X3,
         .pins = pins,
         .pin_count = pin_count,

@@ -225,8 +225,10 @@ static PatchBand *factor_of(PatchHost *patch, int component, PatchFault *fault)
     }
     factor->stiffness = *s;
     factor->mu = mu;
-    factor->valid = patch->model.insist ? patch_band_factor_any(factor->band, s, mu, work->pins, patch->model.pin_count)
-                                        : patch_band_factor(factor->band, s, mu, work->pins, patch->model.pin_count);
+    factor->valid =
+        patch->model.insist
+            ? patch_band_factor_any(factor->band, s, patch->model.closure, mu, work->pins, patch->model.pin_count)
+            : patch_band_factor(factor->band, s, patch->model.closure, mu, work->pins, patch->model.pin_count);
     patch->factored++;
     if (factor->valid) return factor->band;
     stop(patch, fault, PATCH_INDEFINITE, component,
@@ -261,7 +263,8 @@ static void move_pins(PatchHost *patch, int component, const double *value, doub
 {
     PatchHostWork *work = patch->work;
     size_t m = unknowns_of(patch);
-    patch_apply(&patch->model.stiffness[component], patch->model.nodes, work->coefficients.mu, value, work->q);
+    patch_apply(&patch->model.stiffness[component], patch->model.closure, patch->model.nodes, work->coefficients.mu,
+                value, work->q);
     for (size_t k = 0; k < m; k++) right[k] -= work->q[k];
     for (int k = 0; k < patch->model.pin_count; k++) {
         size_t place = pin_place(patch, &work->pins[k]);
@@ -329,20 +332,23 @@ static double norm(size_t count, const double *x)
 }
 
 // One sweep over the unknowns of a padded array, in the order of their numbers. `fixed` marks pinned ones; NULL: none.
-static void sweep(const PatchStiffness *s, int m, double mu, double *x, const double *right, const double *fixed)
+static void sweep(const PatchStiffness *s, PatchClosure closure, int m, double mu, double *x, const double *right,
+                  const double *fixed)
 {
     int side = m + 4;
     double n = m + 1, scale = n * n * n * n, b = s->b * scale, c = s->c * scale, d = s->d * scale;
-    double near_u = -4 * b - 2 * c, near_v = -4 * d - 2 * c;
+    double u[3], v[3];
     for (int i = 0; i < m; i++) {
-        double diagonal = mu + (i == 0 || i == m - 1 ? 7 : 6) * b + 4 * c;
+        patch_line(closure, m, i, u);
+        double diagonal = mu + u[1] * b + 4 * c;
         for (int j = 0; j < m; j++) {
             if (fixed && fixed[i * m + j] != 0) continue;
             double *at = x + (i + 2) * side + j + 2;
-            double sum = near_u * (at[-side] + at[side]) + near_v * (at[-1] + at[1]) +
-                         b * (at[-2 * side] + at[2 * side]) + d * (at[-2] + at[2]) +
+            patch_line(closure, m, j, v);
+            double sum = (u[0] * b - 2 * c) * at[-side] + (u[2] * b - 2 * c) * at[side] + (v[0] * d - 2 * c) * at[-1] +
+                         (v[2] * d - 2 * c) * at[1] + b * (at[-2 * side] + at[2 * side]) + d * (at[-2] + at[2]) +
                          c * (at[-side - 1] + at[-side + 1] + at[side - 1] + at[side + 1]);
-            at[0] = (right[i * m + j] - sum) / (diagonal + (j == 0 || j == m - 1 ? 7 : 6) * d);
+            at[0] = (right[i * m + j] - sum) / (diagonal + v[1] * d);
         }
     }
 }
@@ -373,10 +379,10 @@ static void solve_gauss_seidel(PatchHost *patch, int component)
     int sweeps = 0;
     do {
         for (int k = 0; k < SWEEPS_BETWEEN_LOOKS && sweeps < patch->sweep_limit; k++, sweeps++)
-            sweep(s, m, work->coefficients.mu, padded, right, fixed);
+            sweep(s, patch->model.closure, m, work->coefficients.mu, padded, right, fixed);
         for (int i = 0; i < m; i++)
             memcpy(work->z + (size_t)i * m, padded + (i + 2) * side + 2, (size_t)m * sizeof *padded);
-        patch_apply(s, patch->model.nodes, work->coefficients.mu, work->z, work->q);
+        patch_apply(s, patch->model.closure, patch->model.nodes, work->coefficients.mu, work->z, work->q);
         for (size_t k = 0; k < count; k++) work->q[k] = fixed && fixed[k] != 0 ? 0 : right[k] - work->q[k];
         residual = scale > 0 ? norm(count, work->q) / scale : 0;
     } while (residual > patch->tolerance && sweeps < patch->sweep_limit);
@@ -424,7 +430,8 @@ static void clear_pins(const PatchHost *patch, double *x)
 // q = (L + μ + κ) x over unknowns.
 static void apply_touched(PatchHost *patch, int component, const double *kappa, const double *x, double *q)
 {
-    patch_apply(&patch->model.stiffness[component], patch->model.nodes, patch->work->coefficients.mu, x, q);
+    patch_apply(&patch->model.stiffness[component], patch->model.closure, patch->model.nodes,
+                patch->work->coefficients.mu, x, q);
     size_t count = unknowns_of(patch);
     for (size_t k = 0; k < count; k++) q[k] += kappa[k] * x[k];
 }
@@ -473,7 +480,7 @@ static bool step_touched(PatchHost *patch, const PatchDrive *drive, int componen
         w[k] += forward * v[k];
         r[k] += kappa[k] * (e[k] - w[k]) - patch->model.damping * v[k];
     }
-    patch_apply(&patch->model.stiffness[component], nodes, 0, w, work->q);
+    patch_apply(&patch->model.stiffness[component], patch->model.closure, nodes, 0, w, work->q);
     take_inside(nodes, work->touch_force[component], work->p);
     for (size_t k = 0; k < count; k++) r[k] += work->p[k] - work->q[k];
 
@@ -656,7 +663,7 @@ double patch_host_energy(const PatchHost *patch, int component)
     size_t count = unknowns_of(patch);
     take_inside(patch->model.nodes, patch->x[component], work->p);
     take_inside(patch->model.nodes, patch->v[component], work->z);
-    patch_apply(&patch->model.stiffness[component], patch->model.nodes, 0, work->p, work->q);
+    patch_apply(&patch->model.stiffness[component], patch->model.closure, patch->model.nodes, 0, work->p, work->q);
     double dt = patch->model.step, moving = patch->model.density / 2;
     if (patch->model.scheme == PATCH_IMPLICIT) moving += patch->model.damping * dt / 4;
     return moving * dot(count, work->z, work->z) + 0.5 * dot(count, work->p, work->q);

@@ -15,7 +15,8 @@ static bool same_but_force(const PatchModel *a, const PatchModel *b)
         if (p->i != q->i || p->j != q->j || memcmp(p->to, q->to, sizeof p->to)) return false;
     }
     return a->step == b->step && a->density == b->density && a->damping == b->damping && a->scheme == b->scheme &&
-           a->tangents == b->tangents && a->limit == b->limit && a->accuracy == b->accuracy && a->insist == b->insist &&
+           a->closure == b->closure && a->tangents == b->tangents && a->limit == b->limit &&
+           a->accuracy == b->accuracy && a->insist == b->insist &&
            !memcmp(a->stiffness, b->stiffness, sizeof a->stiffness);
 }
 
@@ -133,29 +134,61 @@ PatchCoefficients patch_coefficients(const PatchModel *model)
     };
 }
 
-double patch_entry(const PatchStiffness *stiffness, int nodes, int i, int j, int p, int q)
+const PatchEnd *patch_end(PatchClosure closure)
+{
+    // What makes rows exact for i² − 1/6 and i³ − i/2, symmetric; the rest makes them exact for 1 and i.
+    static const PatchEnd ends[] = {
+        [PATCH_PLAIN] = {.own = 1, .near_position = -4, .near_slope = -2, .far_position = 1},
+        [PATCH_ACCURATE] = {.own = 431.0 / 47 - 6,
+                            .pair = 4 - 202.0 / 47,
+                            .second = 283.0 / 47 - 6,
+                            .near_position = -276.0 / 47,
+                            .near_slope = -168.0 / 47,
+                            .far_position = 60.0 / 47,
+                            .far_slope = 12.0 / 47},
+    };
+    return &ends[closure];
+}
+
+void patch_line(PatchClosure closure, int m, int k, double line[3])
+{
+    const PatchEnd *end = patch_end(closure);
+    line[0] = line[2] = -4;
+    line[1] = 6;
+    // On few nodes a row can be beside both ends.
+    for (int side = 0; side < 2; side++) {
+        int at = side ? m - 1 - k : k;
+        if (at == 0) line[1] += end->own;
+        if (at == 1) line[1] += end->second;
+        if (at == 0) line[side ? 0 : 2] += end->pair;
+        if (at == 1) line[side ? 2 : 0] += end->pair;
+    }
+}
+
+double patch_entry(const PatchStiffness *stiffness, PatchClosure closure, int nodes, int i, int j, int p, int q)
 {
     int last = nodes - 2;
     if (i + p < 1 || i + p > last || j + q < 1 || j + q > last) return 0;
     double h = 1.0 / (nodes - 1), scale = 1 / (h * h * h * h), value = 0;
     double b = stiffness->b, c = stiffness->c, d = stiffness->d;
-    p = abs(p);
-    q = abs(q);
+    double along_u[3], along_v[3];
+    patch_line(closure, last, i - 1, along_u);
+    patch_line(closure, last, j - 1, along_v);
     if (p == 0 && q == 0) {
-        double along_u = i == 1 || i == last ? 7 : 6, along_v = j == 1 || j == last ? 7 : 6;
-        value = b * along_u + 4 * c + d * along_v;
+        value = b * along_u[1] + 4 * c + d * along_v[1];
     } else if (q == 0) {
-        value = p == 1 ? -4 * b - 2 * c : b;
+        value = abs(p) == 1 ? b * along_u[p + 1] - 2 * c : b;
     } else if (p == 0) {
-        value = q == 1 ? -4 * d - 2 * c : d;
-    } else if (p == 1 && q == 1) {
+        value = abs(q) == 1 ? d * along_v[q + 1] - 2 * c : d;
+    } else if (abs(p) == 1 && abs(q) == 1) {
         value = c;
     }
     return value * scale;
 }
 
 // One row of unknowns, number i from 0; rows that are not there count as zero.
-static void apply_row(const PatchStiffness *s, int m, int i, double shift, const double *x, double *y)
+static void apply_row(const PatchStiffness *s, PatchClosure closure, int m, int i, double shift, const double *x,
+                      double *y)
 {
     // Two zeros on both sides let the inner loop run without a test.
     double padded[5][PATCH_MAX_NODES + 4];
@@ -165,29 +198,34 @@ static void apply_row(const PatchStiffness *s, int m, int i, double shift, const
         if (at >= 0 && at < m) memcpy(padded[k] + 2, x + (size_t)at * m, (size_t)m * sizeof *x);
     }
     double n = m + 1, scale = n * n * n * n, b = s->b * scale, c = s->c * scale, d = s->d * scale;
-    double centre_u = i == 0 || i == m - 1 ? 7 : 6;
+    double line[3];
+    patch_line(closure, m, i, line);
     const double *up2 = padded[0] + 2, *up = padded[1] + 2, *own = padded[2] + 2, *low = padded[3] + 2,
                  *low2 = padded[4] + 2;
     for (int j = 0; j < m; j++) {
-        double u4 = up2[j] - 4 * up[j] + centre_u * own[j] - 4 * low[j] + low2[j];
+        double u4 = up2[j] + line[0] * up[j] + line[1] * own[j] + line[2] * low[j] + low2[j];
         double v4 = own[j - 2] - 4 * own[j - 1] + 6 * own[j] - 4 * own[j + 1] + own[j + 2];
         double mixed = up[j - 1] - 2 * up[j] + up[j + 1] - 2 * (own[j - 1] - 2 * own[j] + own[j + 1]) + low[j - 1] -
                        2 * low[j] + low[j + 1];
         y[j] = b * u4 + c * mixed + d * v4 + shift * own[j];
     }
-    y[0] += d * own[0];
-    y[m - 1] += d * own[m - 1];
+    const PatchEnd *end = patch_end(closure);
+    y[0] += d * (end->own * own[0] + end->pair * own[1]);
+    y[1] += d * (end->pair * own[0] + end->second * own[1]);
+    y[m - 1] += d * (end->own * own[m - 1] + end->pair * own[m - 2]);
+    y[m - 2] += d * (end->pair * own[m - 1] + end->second * own[m - 2]);
 }
 
-void patch_apply(const PatchStiffness *stiffness, int nodes, double shift, const double *x, double *y)
+void patch_apply(const PatchStiffness *stiffness, PatchClosure closure, int nodes, double shift, const double *x,
+                 double *y)
 {
     int m = nodes - 2;
-    for (int i = 0; i < m; i++) apply_row(stiffness, m, i, shift, x, y + (size_t)i * m);
+    for (int i = 0; i < m; i++) apply_row(stiffness, closure, m, i, shift, x, y + (size_t)i * m);
 }
 
 // The load of one edge on the line of unknowns next to it and on the one after that, both at place k of the edge.
 //
-// With p the edge's positions and s its slope, the fourth difference across the edge reaches p with −4 from the near
+// With p the edge's positions and s its slope, the plain fourth difference across the edge reaches p with −4 from the near
 // line, and the value outside, x[1] ∓ 2h s, with 1; from the far line it reaches p with 1. The mixed difference of the
 // near line has p's second difference along the edge. Fourth differences along the edge do not leave the line.
 static void edge_lines(const PatchModel *model, const PatchEdges *edges, PatchEdge edge, int component, int k,
@@ -197,9 +235,11 @@ static void edge_lines(const PatchModel *model, const PatchEdges *edges, PatchEd
     double n = model->nodes - 1, scale = n * n * n * n, across = is_u(edge) ? s->b : s->d;
     const double *p = edges->position[edge][component];
     double slope = patch_edges_slope(edges, model->tangents, edge, component, k);
-    double outside = (edge == PATCH_U0 || edge == PATCH_V0 ? -2 : 2) * slope / n;
-    *near = -scale * (across * (outside - 4 * p[k]) + s->c * (p[k - 1] - 2 * p[k] + p[k + 1]));
-    *far = -scale * across * p[k];
+    const PatchEnd *end = patch_end(model->closure);
+    double away = (edge == PATCH_U0 || edge == PATCH_V0 ? 1 : -1) * slope / n;
+    *near = -scale *
+            (across * (end->near_slope * away + end->near_position * p[k]) + s->c * (p[k - 1] - 2 * p[k] + p[k + 1]));
+    *far = -scale * across * (end->far_position * p[k] + end->far_slope * away);
 }
 
 // A corner's position is in the mixed difference of one unknown. The edge of u has counted its own value there, the

@@ -18,11 +18,26 @@
 // 1, the slope always toward growing u (v). Hence L is symmetric, and edges stand in the right side alone.
 //
 // What the 7 costs. It is the literature's rule, of second order: the middle of the clamped plate under a uniform load
-// sinks 3.32, 0.842 and 0.2115 % too far at 17, 33 and 65 nodes. No other symmetric closure does better in the limit: let
-// r be its residuals for x³; since it is symmetric and exact for x², the sum of r_i i² is the same 2 for all of them, and
-// that is what the error of order h² comes from. The corner (9, −4.5; −4.5, 6.125) gives 2.72, 0.754 and 0.199 %; a
-// one-sided row (9, −4.5, 1) of third order gives −0.51, −0.21 and −0.06 %, but is not symmetric, which the factors of
-// the host and the modes of the device live by.
+// sinks 3.32, 0.842 and 0.2115 % too far at 17, 33 and 65 nodes. PATCH_ACCURATE ends A otherwise, for 0.193, −0.009 and
+// −0.010 % (tests/unit/test_patch_closure.c), by the corner
+//
+//     1/47 |  431 −202 |        in place of        |  7 −4 |
+//          | −202  283 |                           | −4  6 |
+//
+// Near an edge of position 0 and slope 0 a shape is a multiple of i² plus one of i³, i counting nodes from the edge. What
+// A takes for such shapes, for it is exactly 0 there, is i² + δ and i³ + γi instead: as if the edge stood off by δ/2 h²x''
+// and were turned by γ/6 h²x'''. Both are of second order, and no symmetric A has both 0: to sum i² A i³ by parts gives
+// 3δ + γ = −1, whatever the corner. The plain one is δ = 0, γ = −1, which makes every plate too soft. But where the
+// load is spread x'' and x''' are of opposite signs at an edge, so that the two errors can cancel: for the clamped beam
+// they do at δ = −1/5. PATCH_ACCURATE is δ = −1/6, γ = −1/2, which halves γ for whatever shape; the three numbers of the
+// corner follow from these two. On 17 nodes ten of the literature's cases are two to ten times nearer to their limit.
+// Since A ≥ B² still, L is positive definite wherever the plain one is known to be. The price: places beside an edge
+// are of order h² off, δ/2 h²x'', and no longer h³, and shapes whose x'' and x''' have one sign there up to three times
+// as far.
+//
+// One-sided ends can be of third order, but are not symmetric, which the factors of the host and the modes of the device
+// live by. Symmetric ones from D2ᵀ W D2, W the weights of a better quadrature, are off pointwise where they are
+// right on average, and of first order (weights 5/8, 7/8: 0.385 % at 65 nodes; 3/8, 7/6, 23/24: 1.2 %).
 //
 // One step. Both schemes are the same solve at a point inside the step, θ = 1 (implicit) or ½ (newmark):
 //
@@ -52,6 +67,22 @@
 
 typedef enum PatchScheme { PATCH_IMPLICIT, PATCH_NEWMARK } PatchScheme;
 
+// How A ends at an edge: as the literature's does, or by the other corner above.
+typedef enum PatchClosure { PATCH_PLAIN, PATCH_ACCURATE } PatchClosure;
+
+// An end of A: what is beside the diagonal's 6 and its neighbours' −4 at the line of unknowns next to the edge (`own`, and
+// `pair` between it and the second line) and at the second (`second`), and what the two have of the edge's position and
+// of h times its slope away from the edge.
+typedef struct PatchEnd {
+    double own, pair, second;
+    double near_position, near_slope, far_position, far_slope;
+} PatchEnd;
+
+const PatchEnd *patch_end(PatchClosure closure);
+
+// Row k (0 … m − 1) of A: what it has at k − 1, k and k + 1. It has 1 at k − 2 and k + 2.
+void patch_line(PatchClosure closure, int m, int k, double line[3]);
+
 // Which components take the slopes given on the edges. With PATCH_TANGENTS_X3 only the third does; the first two have
 // the slope of the straight line to the opposite edge, so that x1 = u, x2 = v stays as it is and the patch is a height
 // field.
@@ -74,6 +105,7 @@ typedef struct PatchModel {
     double density, damping; // ρ, η
     double force[3];         // the same at all nodes
     PatchScheme scheme;
+    PatchClosure closure;
     PatchTangents tangents;
     const PatchPin *pins; // borrowed; at most one a node
     int pin_count;
@@ -129,11 +161,12 @@ typedef struct PatchCoefficients {
 PatchCoefficients patch_coefficients(const PatchModel *model);
 
 // y = L x + `shift` x over unknowns, edges at zero.
-void patch_apply(const PatchStiffness *stiffness, int nodes, double shift, const double *x, double *y);
+void patch_apply(const PatchStiffness *stiffness, PatchClosure closure, int nodes, double shift, const double *x,
+                 double *y);
 
 // The entry of L at a node's own place, and of the row towards node (i + p, j + q), for |p| + |q| <= 2. 0 where that is
 // not an unknown.
-double patch_entry(const PatchStiffness *stiffness, int nodes, int i, int j, int p, int q);
+double patch_entry(const PatchStiffness *stiffness, PatchClosure closure, int nodes, int i, int j, int p, int q);
 
 // g = −L x over unknowns, of an x that is zero inside and given on the edges: what the edges add to the right side.
 // Only the two rows and columns next to an edge are not zero.

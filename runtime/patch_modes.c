@@ -8,40 +8,42 @@
 
 #include <lapacke.h>
 
-#include "runtime/patch_model.h"
-
-static double beam_entry(int m, int r, int c)
+static double beam_entry(PatchClosure closure, int m, int r, int c)
 {
+    double line[3];
+    patch_line(closure, m, r, line);
     int distance = abs(r - c);
-    if (distance == 0) return r == 0 || r == m - 1 ? 7 : 6;
-    return distance == 1 ? -4 : distance == 2 ? 1 : 0;
+    return distance < 2 ? line[c - r + 1] : distance == 2;
 }
 
-static double second_entry(int m, int r, int c)
+static double second_entry(PatchClosure closure, int m, int r, int c)
 {
     int distance = abs(r - c);
     return distance == 0 ? 2 : distance == 1 ? -1 : 0;
 }
 
 // Entry (r, c) of a matrix between folded values of one kind, sign +1 (even) or −1 (odd).
-static double folded_entry(double (*entry)(int, int, int), int m, int r, int c, int sign)
+static double folded_entry(double (*entry)(PatchClosure, int, int, int), PatchClosure closure, int m, int r, int c,
+                           int sign)
 {
     int r2 = m - 1 - r, c2 = m - 1 - c;
-    double sum = entry(m, r, c) + entry(m, r2, c2) + sign * (entry(m, r, c2) + entry(m, r2, c));
+    double sum = entry(closure, m, r, c) + entry(closure, m, r2, c2) +
+                 sign * (entry(closure, m, r, c2) + entry(closure, m, r2, c));
     // A middle node is its own mirror and counts once, with weight 1 for 1/√2 + 1/√2.
     double weight = (r == r2 ? sqrt(0.5) : 1) * (c == c2 ? sqrt(0.5) : 1);
     return 0.5 * sum * weight;
 }
 
 // The modes of one kind: `size` of them into lambda and q, B in their basis into b.
-static bool make_kind(PatchModes *modes, int size, int sign, double *lambda, double *beta, double *q, double *b)
+static bool make_kind(PatchModes *modes, PatchClosure closure, int size, int sign, double *lambda, double *beta,
+                      double *q, double *b)
 {
     int m = modes->m, half = modes->half;
     double *vectors = malloc(((size_t)2 * size * size + size) * sizeof *vectors);
     if (!vectors) return false;
     double *product = vectors + (size_t)size * size, *values = product + (size_t)size * size;
     for (int r = 0; r < size; r++)
-        for (int c = 0; c < size; c++) vectors[r * size + c] = folded_entry(beam_entry, m, r, c, sign);
+        for (int c = 0; c < size; c++) vectors[r * size + c] = folded_entry(beam_entry, closure, m, r, c, sign);
     bool ok = !LAPACKE_dsyev(LAPACK_COL_MAJOR, 'V', 'U', size, vectors, size, values);
 
     double n = m + 1;
@@ -51,7 +53,7 @@ static bool make_kind(PatchModes *modes, int size, int sign, double *lambda, dou
         for (int r = 0; r < size; r++) {
             double sum = 0;
             for (int c = r > 1 ? r - 2 : 0; c < size && c <= r + 2; c++)
-                sum += folded_entry(second_entry, m, r, c, sign) * vectors[a * size + c];
+                sum += folded_entry(second_entry, closure, m, r, c, sign) * vectors[a * size + c];
             product[a * size + r] = sum;
         }
     }
@@ -66,7 +68,7 @@ static bool make_kind(PatchModes *modes, int size, int sign, double *lambda, dou
     return ok;
 }
 
-PatchModes *patch_modes_new(int nodes, Failure *failure)
+PatchModes *patch_modes_new(int nodes, PatchClosure closure, Failure *failure)
 {
     PatchModes *modes = calloc(1, sizeof *modes);
     if (!modes) goto failed;
@@ -85,8 +87,8 @@ PatchModes *patch_modes_new(int nodes, Failure *failure)
     modes->b_even = modes->q_odd + square;
     modes->b_odd = modes->b_even + square;
     for (int a = 0; a < modes->order; a++) modes->lambda[a] = 1;
-    if (make_kind(modes, modes->even, 1, modes->lambda, modes->beta, modes->q_even, modes->b_even) &&
-        make_kind(modes, modes->odd, -1, modes->lambda + modes->half, modes->beta + modes->half, modes->q_odd,
+    if (make_kind(modes, closure, modes->even, 1, modes->lambda, modes->beta, modes->q_even, modes->b_even) &&
+        make_kind(modes, closure, modes->odd, -1, modes->lambda + modes->half, modes->beta + modes->half, modes->q_odd,
                   modes->b_odd))
         return modes;
 failed:

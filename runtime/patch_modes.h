@@ -5,7 +5,7 @@
 //     L Y = h⁻⁴((bΛ_i + dΛ_j) Y + c B̂YB̂)   B̂ = QᵀBQ
 //
 // The values here are scaled: lambda has the h⁻⁴, b_even, b_odd and beta the h⁻². They depend on the number of nodes
-// alone.
+// and the closure of A alone.
 //
 // A and B commute with the mirror k → m + 1 − k, so every mode is even or odd, and B̂ couples none of one kind with one
 // of the other. Modes are kept by kind, each kind padded to a multiple of 16, so that products run over whole vectors:
@@ -20,6 +20,7 @@
 #define SCN_RUNTIME_PATCH_MODES_H
 
 #include "runtime/failure.h"
+#include "runtime/patch_model.h"
 
 #define PATCH_MODE_PAD 16
 
@@ -33,7 +34,7 @@ typedef struct PatchModes {
 } PatchModes;
 
 // NULL with `failure` set where the memory is not there. The caller frees them.
-PatchModes *patch_modes_new(int nodes, Failure *failure);
+PatchModes *patch_modes_new(int nodes, PatchClosure closure, Failure *failure);
 void patch_modes_free(PatchModes *modes); // NULL is nothing
 
 // Between an array over unknowns (m × m) and one over modes (order × order, padding zero). `work` has 2 · order²

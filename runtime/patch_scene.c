@@ -148,12 +148,16 @@ static bool device_trouble(PatchSolve *solve, const Failure *failure, FrameError
     return false;
 }
 
+static PatchBatch *batch_for(const PlanPatch *patch)
+{
+    return patch_batch_new((int)patch->nodes, patch->accurate ? PATCH_ACCURATE : PATCH_PLAIN);
+}
+
 static bool open_device(PatchSolve *solve, FrameError *error)
 {
     Failure failure = {""};
     if (solve->device) return true;
-    if (!solve->batch && (solve->batch = patch_batch_new((int)solve->patch->nodes)))
-        solve->member = patch_batch_join(solve->batch);
+    if (!solve->batch && (solve->batch = batch_for(solve->patch))) solve->member = patch_batch_join(solve->batch);
     if (!solve->batch || !patch_batch_open(solve->batch, solve->desc.device, solve->desc.cached, &failure))
         return device_trouble(solve, solve->batch ? &failure : &(Failure){"out of memory"}, error);
     solve->device = solve->batch->patches;
@@ -573,11 +577,12 @@ void patch_solves_join(PatchSolve *const *solves, uint32_t count)
         for (uint32_t l = 0; l < k && !solve->batch; l++) {
             const PatchSolve *other = solves[l];
             bool alike = other->batch && other->patch->nodes == solve->patch->nodes &&
+                         other->patch->accurate == solve->patch->accurate &&
                          other->driver->has_contact == solve->driver->has_contact &&
                          is_steady(other->patch) == is_steady(solve->patch);
             if (alike) solve->batch = other->batch;
         }
-        if (!solve->batch) solve->batch = patch_batch_new((int)solve->patch->nodes);
+        if (!solve->batch) solve->batch = batch_for(solve->patch);
         if (solve->batch) solve->member = patch_batch_join(solve->batch); // else it gets one of its own, or says so
     }
 }

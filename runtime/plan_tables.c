@@ -202,6 +202,7 @@ void plan_patch_record(Record *r, PlanPatch *patch)
     record_u32(r, &patch->nodes);
     record_bool(r, &patch->newmark);
     record_bool(r, &patch->all_tangents);
+    record_bool(r, &patch->accurate);
     if (!r->writing) patch->program = arena_new(r->arena, Plan);
     program_record(r, patch->program);
     record_u32(r, &patch->point);
@@ -210,7 +211,7 @@ void plan_patch_record(Record *r, PlanPatch *patch)
     run_record(r, &patch->force);
     run_record(r, &patch->start);
     record_bool(r, &patch->varies);
-    record_u32s(r, patch->model, PATCH_OPERANDS - 3);
+    record_u32s(r, patch->model, PATCH_OPERANDS - PATCH_CONSTS);
     record_table(r, patch->parts, patch->part_count, 36, part_record);
     record_u32(r, &patch->box);
 }
@@ -389,7 +390,7 @@ static bool check_patch(const Plan *plan, const PlanPatch *patch)
               patch->frame_end <= program->step_count && check_run(patch, &patch->edges) &&
               check_run(patch, &patch->force) && check_run(patch, &patch->start) && slots_fit(plan, patch->box, 7) &&
               frame_check(program) == program->step_count;
-    for (int k = 0; ok && k < PATCH_OPERANDS - 3; k++) ok = slots_fit(program, patch->model[k], 1);
+    for (int k = 0; ok && k < PATCH_OPERANDS - PATCH_CONSTS; k++) ok = slots_fit(program, patch->model[k], 1);
     for (uint32_t k = 0; ok && k < patch->part_count; k++) ok = check_part(program, &patch->parts[k]);
     return ok;
 }

@@ -88,7 +88,7 @@ static void place_balls(PatchDevice *patches, int count, int t)
 static Cost measure(Device *device, const Row *row, const Options *options)
 {
     Failure failure;
-    PatchDevice *patches = patch_device_new(device, row->nodes, row->patches, &failure);
+    PatchDevice *patches = patch_device_new(device, row->nodes, PATCH_PLAIN, row->patches, &failure);
     if (!patches) die(failure.text);
     PatchModel model = model_of(row);
     PatchEdges *edges = patch_case_edges(&patch_cases[7], row->nodes);

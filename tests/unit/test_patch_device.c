@@ -53,7 +53,7 @@ static void reopen_device(void)
 static PatchDevice *make(int nodes, int count)
 {
     needs_device();
-    PatchDevice *patches = patch_device_new(device, nodes, count, &failure);
+    PatchDevice *patches = patch_device_new(device, nodes, PATCH_PLAIN, count, &failure);
     NEED(patches);
     return patches;
 }

@@ -251,7 +251,7 @@ static void solve_by_modes(const PatchModes *modes, const PatchStiffness *s, dou
     double *memory = calloc(4 * count + 3 * padded, sizeof *memory), last = 0, first = 0;
     assert_non_null(memory);
     double *r = memory, *z = r + count, *p = z + count, *q = p + count, *y = q + count, *work = y + padded;
-    patch_apply(s, modes->nodes, mu, w, q);
+    patch_apply(s, PATCH_PLAIN, modes->nodes, mu, w, q);
     for (size_t k = 0; k < count; k++) r[k] = right[k] - q[k];
     for (int turn = 0; turn < 100; turn++) {
         patch_modes_of_nodes(modes, r, y, work);
@@ -265,7 +265,7 @@ static void solve_by_modes(const PatchModes *modes, const PatchStiffness *s, dou
         if (!turn) first = rz;
         if (!(rz > 1e-28 * first)) break;
         for (size_t k = 0; k < count; k++) p[k] = z[k] + (turn ? rz / last * p[k] : 0);
-        patch_apply(s, modes->nodes, mu, p, q);
+        patch_apply(s, PATCH_PLAIN, modes->nodes, mu, p, q);
         for (size_t k = 0; k < count; k++) pq += p[k] * q[k];
         for (size_t k = 0; k < count; k++) w[k] += rz / pq * p[k], r[k] -= rz / pq * q[k];
         last = rz;
@@ -278,7 +278,7 @@ static void run_case_modes(const PatchCase *one, int nodes, double dt, int steps
     Failure failure;
     PatchModel model = patch_case_model(one, nodes, dt);
     PatchEdges *edges = patch_case_edges(one, nodes);
-    PatchModes *modes = patch_modes_new(nodes, &failure);
+    PatchModes *modes = patch_modes_new(nodes, PATCH_PLAIN, &failure);
     assert_non_null(modes);
     PatchHost *patch = make(&model);
     patch_host_start(patch, edges, NULL, NULL);
@@ -511,7 +511,7 @@ static void energy_identity(void **state)
             step(patch, NULL);
             double change = 0;
             for (int k = 0; k < m * m; k++) inside[k] = patch->v[2][(k / m + 1) * nodes + k % m + 1];
-            patch_apply(&model.stiffness[2], nodes, 0, inside, product);
+            patch_apply(&model.stiffness[2], PATCH_PLAIN, nodes, 0, inside, product);
             for (int k = 0; k < m * m; k++) {
                 double now = inside[k], then = old[(k / m + 1) * nodes + k % m + 1];
                 change -= model.density / 2 * (now - then) * (now - then) +
@@ -617,7 +617,7 @@ static void pins_hold(void **state)
     step(patch, NULL);
     double inside[15 * 15], load[15 * 15];
     for (int k = 0; k < 15 * 15; k++) inside[k] = patch->x[2][(k / 15 + 1) * 17 + k % 15 + 1];
-    patch_apply(&model.stiffness[2], 17, 0, inside, load);
+    patch_apply(&model.stiffness[2], PATCH_PLAIN, 17, 0, inside, load);
     for (int k = 0; k < 15 * 15; k++)
         if (k != 4 * 15 + 8) assert_true(fabs(load[k] - 800) < 1e-5);
     patch_host_free(patch);

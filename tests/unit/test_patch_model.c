@@ -39,7 +39,7 @@ static void operator_and_edges(void **state)
         }
         for (int i = 0; i < m; i++)
             for (int j = 0; j < m; j++) x[i * m + j] = SHAPE((i + 1) * h, (j + 1) * h);
-        patch_apply(&odd_stiffness, nodes, 0, x, y);
+        patch_apply(&odd_stiffness, PATCH_PLAIN, nodes, 0, x, y);
         patch_edge_load(&model, edges, 2, g);
         for (int i = 0; i < m; i++)
             for (int j = 0; j < m; j++)
@@ -48,11 +48,12 @@ static void operator_and_edges(void **state)
         for (int k = 0; k < m * m; k++) x[k] = 0;
         int i = m / 2, j = 0;
         x[i * m + j] = 1;
-        patch_apply(&odd_stiffness, nodes, 3, x, y);
+        patch_apply(&odd_stiffness, PATCH_PLAIN, nodes, 3, x, y);
         for (int p = -2; p <= 2; p++)
             for (int q = 0; q <= 2; q++) {
                 if (i + p < 0 || i + p >= m || j + q >= m) continue;
-                double entry = patch_entry(&odd_stiffness, nodes, i + 1, j + 1, p, q) + (p == 0 && q == 0 ? 3 : 0);
+                double entry =
+                    patch_entry(&odd_stiffness, PATCH_PLAIN, nodes, i + 1, j + 1, p, q) + (p == 0 && q == 0 ? 3 : 0);
                 assert_true(fabs(y[(i + p) * m + j + q] - entry) < 1e-9 * fabs(entry) + 1e-12);
             }
         free(x);
@@ -80,7 +81,7 @@ static void modes_diagonalise(void **state)
     const int sizes[] = {5, 6, 17, 34, 65};
     for (int k = 0; k < 5; k++) {
         int nodes = sizes[k], m = nodes - 2;
-        PatchModes *modes = patch_modes_new(nodes, NULL);
+        PatchModes *modes = patch_modes_new(nodes, PATCH_PLAIN, NULL);
         assert_non_null(modes);
         int order = modes->order, half = modes->half;
         assert_int_equal(half % 16, 0);
@@ -93,7 +94,7 @@ static void modes_diagonalise(void **state)
         patch_modes_of_nodes(modes, x, y, work);
         patch_modes_to_nodes(modes, y, back, work);
         for (int t = 0; t < m * m; t++) assert_true(fabs(back[t] - x[t]) < 1e-12);
-        patch_apply(&odd_stiffness, nodes, 0, x, lx);
+        patch_apply(&odd_stiffness, PATCH_PLAIN, nodes, 0, x, lx);
         patch_modes_of_nodes(modes, lx, ly, work);
         // B̂ y B̂, block by block.
         for (int a = 0; a < order; a++)
@@ -130,7 +131,7 @@ static void modes_of_an_edge_load(void **state)
     for (int nodes = 5; nodes <= 33; nodes += 7) {
         PatchModel model = patch_model_base(nodes);
         PatchEdges *edges = patch_edges_new(nodes);
-        PatchModes *modes = patch_modes_new(nodes, NULL);
+        PatchModes *modes = patch_modes_new(nodes, PATCH_PLAIN, NULL);
         int m = modes->m, order = modes->order;
         unsigned seed = 21;
         for (size_t k = 0; k < patch_edges_count(nodes); k++) patch_edges_values(edges)[k] = patch_noise(&seed);
@@ -161,10 +162,11 @@ static void band_solves(void **state)
         const PatchStiffness *s = run ? &bad : &odd_stiffness;
         for (int k = 0; k < m * m; k++) x[k] = patch_noise(&seed);
         x[2 * m + 3] = x[8 * m + 9] = 0;
-        patch_apply(s, nodes, 50, x, y);
+        patch_apply(s, PATCH_PLAIN, nodes, 50, x, y);
         y[2 * m + 3] = y[8 * m + 9] = 0;
-        if (run) assert_false(patch_band_factor(band, s, 50, pins, 2));
-        assert_true(run ? patch_band_factor_any(band, s, 50, pins, 2) : patch_band_factor(band, s, 50, pins, 2));
+        if (run) assert_false(patch_band_factor(band, s, PATCH_PLAIN, 50, pins, 2));
+        assert_true(run ? patch_band_factor_any(band, s, PATCH_PLAIN, 50, pins, 2)
+                        : patch_band_factor(band, s, PATCH_PLAIN, 50, pins, 2));
         patch_band_solve(band, y, 1);
         for (int k = 0; k < m * m; k++) assert_true(fabs(x[k] - y[k]) < 1e-9);
     }

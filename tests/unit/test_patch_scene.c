@@ -26,7 +26,9 @@ static const char touched[] =
     "patch p { grid: 9; scheme: \"newmark\"; force: (0, 0, 100 * z); pin(0.5, 0.5, to: (0.5, 0.5, 0.1));\n"
     "    press(by: bump(radius: 0.2, height: 0.1), u: 0.3, v: 0.7, strength: 500);\n"
     "    contact(with: sphere(0.4).move(0.7, 0.3, -0.45 + time / 1s), stiffness: 1000); }\np;\n";
-static const char *const scenes[] = {steady, moving, touched};
+static const char accurate[] =
+    "patch p { grid: 9; closure: \"accurate\"; edge(u: 1) { tangent: 3; } pin(0.3, 0.5, to: (0.3, 0.5, 0.2)); }\np;\n";
+static const char *const scenes[] = {steady, moving, touched, accurate};
 
 typedef struct Bench {
     ScnScene *scene;
