@@ -394,6 +394,11 @@ static bool report_known(Parser *p, const Token *found, const Expected *e)
     }
     if (report_header(p, found, e)) return true;
     switch (found->code) {
+    case TOK_FOR: // [2 * i for i in 0..5], as in other languages
+        if (!e->operation || !has_mark(e, "]")) return false;
+        diag(p->unit, found->span, DIAG_FOREIGN_SYNTAX,
+             "a for stands in front of its values, which stand in a block: write [for i in 0..5 { … }]");
+        return true;
     case TOK_ELSE: return report_else(p, found, e);
     case ',': return report_comma(p, found, e);
     case '<':
