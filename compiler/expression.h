@@ -28,6 +28,10 @@ IrId expression_of_base(Ir *ir, IrId base);
 // the sum of all s max(Q + c, 0)³, as a FIELD. With one operand it is the base as it is.
 IrId expression_perturbed(Ir *ir, const IrId *operands, uint32_t count);
 
+// The greater (OP_MAX) or the lesser (OP_MIN) of two. What is added to both is added to it once, which is the same number in
+// floats too, since rounding is monotone: so the parts of a blend are again what the blend was made as, and are one node with it.
+IrId expression_decided(Ir *ir, IrOp op, Span span, IrId a, IrId b);
+
 // (1 - t) a + t b; where t is 0 or 1 it is a or b, also where the other is undefined.
 IrId expression_mixed(Ir *ir, Span span, IrId a, IrId b, IrId t);
 

@@ -43,7 +43,7 @@ static IrId folded(Walk *walk, IrId id, IrOp op)
     IrId result = walk_result(walk, ir_operand(ir, id, 0), 0);
     for (uint32_t k = 1; k < ir_at(ir, id)->count; k++) {
         IrId other = walk_result(walk, ir_operand(ir, id, k), 0);
-        if (other != result) result = ir_op2(ir, op, span, result, other);
+        result = expression_decided(ir, op, span, result, other);
     }
     return result;
 }

@@ -9,6 +9,7 @@ const Pass passes[PASS_COUNT] = {
     {"attributes", pass_attributes, (const IrOp[]){OP_PTRANSFORM, OP_DEFORM, OP_NONE}},
     {"morphs", pass_morphs, (const IrOp[]){OP_PTRANSFORM, OP_DEFORM, OP_MORPH, OP_NONE}},
     {"sets", pass_sets, (const IrOp[]){OP_PTRANSFORM, OP_DEFORM, OP_MORPH, OP_NONE}},
+    {"fields", pass_fields, (const IrOp[]){OP_PTRANSFORM, OP_DEFORM, OP_MORPH, OP_NONE}},
 };
 
 // Fields that places and heights look at are left as they are written; only those of the scene itself are rewritten.
