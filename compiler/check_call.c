@@ -240,8 +240,8 @@ static bool report_several(Calling *k, int at, const Node *node, Type have)
     bool several = false;
     for (const Callable *other = k->first; other; other = other->overload) {
         if (other == k->callee || (uint32_t)at >= other->count || type_is_number(have)) continue;
-        wants =
-            arena_printf(&k->c->scratch, "%s or %s", wants, type_phrase(&k->c->scratch, other->parameters[at].type));
+        const char *more = type_phrase(&k->c->scratch, other->parameters[at].type);
+        if (!strstr(wants, more)) wants = arena_printf(&k->c->scratch, "%s or %s", wants, more);
         several = true;
     }
     if (!several || have.kind == TYPE_STRING || type_is_number(mine) || type_is_vector(mine)) return false;
@@ -500,6 +500,20 @@ static bool has_values(const Node *block)
     return false;
 }
 
+// light { direction (0, 0, -1); }: the colon of an argument was forgotten. True with a message.
+static bool is_entry_without_colon(Calling *k, Node *item)
+{
+    const Node *call = item->kind == NODE_VALUE ? item->a : NULL;
+    if (!call || call->kind != NODE_CALL || call->a || call->c || parameter_named(k->callee, call->name) < 0)
+        return false;
+    if (names_find(k->c, call->name)) return false;
+    k->bad = true;
+    Diag *d = diag(k->c->unit, call->name_span, DIAG_NAMED_ARGUMENT,
+                   "an argument with a name is written with a colon: write %s: …;", call->name);
+    diag_fix(k->c->unit, d, (Span){call->name_span.end, call->name_span.end}, FIX_LIKELY, ":");
+    return true;
+}
+
 static void bind_block(Calling *k)
 {
     Node *block = k->node->c;
@@ -519,14 +533,18 @@ static void bind_block(Calling *k)
     }
     BlockScope scope;
     uint32_t mark = names_open(k->c, &scope, block->a);
+    bool meant_entries = false;
     for (Node *item = block->a; item; item = item->next) {
         if (item->kind == NODE_ENTRY)
             bind_entry(k, item);
+        else if (at < 0 && is_entry_without_colon(k, item))
+            meant_entries = true;
         else
             check_item(k->c, item, &values);
     }
     names_close(k->c, mark);
     k->call->block = block;
+    if (meant_entries) return;
     if (!has_values(block)) {
         // An empty block still gives a list: `union { }` is the empty set.
         if (at >= 0 && k->call->bound[at].how == BOUND_DEFAULT)

@@ -172,6 +172,8 @@ Type check_symbol_value(Checker *c, Symbol *symbol, const Node *node)
              first_public(symbol->opens));
         return poison();
     case SYMBOL_CALLABLE:
+        if (lost_parameter(c->unit, node->name))
+            return poison(); // a parameter of that name was skipped, with a message
         diag(c->unit, node->span, DIAG_TYPE_MISMATCH,
              "%s is called with arguments, as %s%s%s(…): it is not a value by itself", node->name,
              node->kind == NODE_MEMBER ? node->a->name : "", node->kind == NODE_MEMBER ? "." : "", node->name);

@@ -189,6 +189,35 @@ const char *modules_offer(Checker *c, Name name)
     return NULL;
 }
 
+// Whether a text that is laid out by `scn fmt` defines a name in a line of its own.
+static bool text_defines(const char *text, Name name)
+{
+    static const char *const words[] = {"\nfn ", "\ntag ", "\ntool "};
+    size_t length = strlen(name);
+    for (size_t i = 0; i < sizeof words / sizeof *words; i++) {
+        size_t word = strlen(words[i]);
+        for (const char *at = text; (at = strstr(at, words[i])); at += word)
+            if (!strncmp(at + word, name, length) && at[word + length] == '(') return true;
+    }
+    return false;
+}
+
+const char *modules_library_of(Checker *c, Name name)
+{
+    size_t length;
+    enum { SUGGESTIONS_MAX = 50 }; // more are not read
+    if (!c->unit->library || !c->body->module || name[0] == '_' || c->suggestions >= SUGGESTIONS_MAX) return NULL;
+    const char *all = c->unit->library(NULL, &length);
+    while (all && *all) {
+        size_t word = strcspn(all, " ");
+        const char *library = arena_text(&c->scratch, all, word);
+        const char *text = c->unit->library(library, &length);
+        if (text && text_defines(arena_text(&c->scratch, text, length), name)) return library;
+        all += word + (all[word] == ' ');
+    }
+    return NULL;
+}
+
 // --- what a library defines
 
 void modules_check(Checker *c)

@@ -289,6 +289,7 @@ static const char *nearest_visible(Checker *c, Name name)
         if (!entry->name || entry->name == name || (entry->name[0] == '_' && name[0] != '_')) continue;
         const Module *module = c->body->module;
         bool there = entry->builtin && !may_hide(entry->builtin); // what is not there yet is no help
+        if (entry->builtin && !entry->name[1]) continue;          // x of a field is no help to who writes width
         bool seen = visible_local(c, entry) || there;
         if (!seen && module) seen = of_module(entry->global, module) || of_module(entry->brought, module);
         if (seen) candidates[count++] = entry->name;
@@ -330,12 +331,15 @@ Symbol *names_use(Checker *c, Name name, Span span, bool called)
         diag_label(c->unit, d, later->name_span, "defined here");
         if (c->early_count < (int)(sizeof c->early / sizeof *c->early)) c->early[c->early_count++] = later;
     } else {
-        const char *near = modules_offer(c, name);
-        if (!near) near = nearest_visible(c, name);
+        const char *near = modules_offer(c, name), *library = near ? NULL : modules_library_of(c, name);
+        if (!near && !library) near = nearest_visible(c, name);
         const char *what = called ? "there is nothing to call named" : "there is no";
         Diag *d =
-            near ? diag(c->unit, span, DIAG_UNKNOWN_NAME, "%s %s: do you mean %s?", what, name, near)
-                 : diag(c->unit, span, DIAG_UNKNOWN_NAME, "%s %s: define it, or look for its spelling", what, name);
+            library ? diag(c->unit, span, DIAG_UNKNOWN_NAME,
+                           "%s %s here, but the library %s has it: write use %s: %s; above", what, name, library,
+                           library, name)
+            : near  ? diag(c->unit, span, DIAG_UNKNOWN_NAME, "%s %s: do you mean %s?", what, name, near)
+                    : diag(c->unit, span, DIAG_UNKNOWN_NAME, "%s %s: define it, or look for its spelling", what, name);
         if (near && (near[0] == '#' || near[0] == '_' || isalpha((unsigned char)near[0])) && !strpbrk(near, " ^"))
             diag_fix(c->unit, d, span, FIX_LIKELY, "%s", near);
         lost_add(c->unit, name);

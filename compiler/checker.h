@@ -103,7 +103,8 @@ void modules_reach(Checker *c, Node *tree); // marks what of libraries the scene
 void modules_report_unused(Checker *c, Node *tree);
 Symbol *modules_find(Checker *c, const Module *library, Name name, Span span);                  // reports; never NULL
 Symbol *modules_find_within(Checker *c, Name library, Span library_span, Name name, Span span); // the same, by its name
-const char *modules_offer(Checker *c, Name name); // "clay.worn", where a library in use has that name
+const char *modules_offer(Checker *c, Name name);      // "clay.worn", where a library in use has that name
+const char *modules_library_of(Checker *c, Name name); // "brushes", where a library of scn has it that is not in use
 
 // --- check_block.c
 

@@ -178,6 +178,21 @@ Diag *diag(Unit *unit, Span span, DiagCode code, const char *format, ...)
     return d;
 }
 
+void diag_take_back(Unit *unit, Diag *d)
+{
+    Diagnostics *list = &unit->diagnostics;
+    Diag *before = NULL, *at = list->first;
+    for (; at && at != d; at = at->next) before = at;
+    if (!at || d->severity != SEVERITY_ERROR) return; // it was not kept
+    if (before)
+        before->next = d->next;
+    else
+        list->first = d->next;
+    if (list->last == d) list->last = before;
+    list->kept[d->severity]--;
+    unit->errors--;
+}
+
 void diag_label(Unit *unit, Diag *d, Span span, const char *format, ...)
 {
     if (d == &unit->diagnostics.discarded) return;

@@ -75,6 +75,8 @@ struct Unit;
 // Reports. Never returns NULL: what is dropped as a duplicate is still a Diag, printed by nobody.
 // What is beyond DIAG_KEPT_MAX is counted only.
 Diag *diag(struct Unit *unit, Span span, DiagCode code, const char *format, ...) __attribute__((format(printf, 4, 5)));
+// Takes back an error that turned out to be the consequence, or the beginning, of another one that is reported instead.
+void diag_take_back(struct Unit *unit, Diag *d);
 void diag_label(struct Unit *unit, Diag *d, Span span, const char *format, ...) __attribute__((format(printf, 4, 5)));
 void diag_fix(struct Unit *unit, Diag *d, Span span, FixKind kind, const char *format, ...)
     __attribute__((format(printf, 5, 6)));

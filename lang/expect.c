@@ -178,10 +178,11 @@ static bool report_foreign_word(Parser *p, const Token *found)
 {
     const Filter *f = &p->filter;
     const Bracket *b = &f->stack[f->last_opened && f->depth > 0 ? f->depth - 1 : f->depth];
+    bool items = b->closer == '}' || b->closer == TOK_YYEOF;
     const char *end = p->source->text + p->source->length;
     const char *advice = advice_for(text_at(p, found->span.begin), end);
     Span at = found->span;
-    if (!advice && b->item_begin && b->item_begin < found->span.begin && found->code != '}') {
+    if (!advice && items && b->item_begin && b->item_begin < found->span.begin && found->code != '}') {
         at.begin = b->item_begin;
         advice = advice_for(text_at(p, at.begin), end);
         at.end = at.begin;
@@ -208,9 +209,22 @@ static bool report_after_names(Parser *p, const Token *found, const Expected *e)
     const char *text = text_at(p, name.begin);
     if (length == 0) return false;
     bool in_call = has_mark(e, ":") && has_mark(e, ",") && has_mark(e, ")");
+    bool twice = found->code == TOK_NAME && (int)(found->span.end - found->span.begin) == length &&
+                 !memcmp(text_at(p, found->span.begin), text, (size_t)length);
+    if (twice && (in_call || has_mark(e, "="))) {
+        Diag *d = diag(p->unit, found->span, DIAG_UNEXPECTED, "%.*s stands twice: remove one", length, text);
+        diag_fix(p->unit, d, found->span, FIX_LIKELY, "%s", "");
+        return true;
+    }
     if (in_call && token_is(found->code, TOKEN_BEGINS)) {
         Diag *d = diag(p->unit, found->span, DIAG_NAMED_ARGUMENT,
                        "an argument with a name is written with a colon: write %.*s: …", length, text);
+        diag_fix(p->unit, d, (Span){name.end, name.end}, FIX_LIKELY, ":");
+        return true;
+    }
+    if (e->name && has_mark(e, "=") && token_is(found->code, TOKEN_BEGINS) && filter_in_arguments(&p->filter)) {
+        Diag *d = diag(p->unit, found->span, DIAG_NAMED_ARGUMENT,
+                       "an argument with a name is written with a colon: write %.*s: …;", length, text);
         diag_fix(p->unit, d, (Span){name.end, name.end}, FIX_LIKELY, ":");
         return true;
     }
@@ -223,6 +237,14 @@ static bool report_after_names(Parser *p, const Token *found, const Expected *e)
     if (found->code == '(' && has_mark(e, "{")) {
         diag(p->unit, found->span, DIAG_UNEXPECTED,
              "a declaration gives its arguments in a block: write %.*s { name: value; }", length, text);
+        return true;
+    }
+    Span first = word_before(p, name.begin);
+    bool same =
+        first.end - first.begin == name.end - name.begin && !memcmp(text_at(p, first.begin), text, (size_t)length);
+    if (found->code == ':' && same && filter_in_arguments(&p->filter)) {
+        Diag *d = diag(p->unit, name, DIAG_UNEXPECTED, "%.*s stands twice: remove one", length, text);
+        diag_fix(p->unit, d, name, FIX_LIKELY, "%s", "");
         return true;
     }
     if (found->code == ':' && has_mark(e, "{")) {
@@ -382,6 +404,21 @@ static bool report_header(Parser *p, const Token *found, const Expected *e)
     return false;
 }
 
+// push: scalar = 800; in a file, at its `=`.
+static bool report_declaration_without_word(Parser *p, const Token *found)
+{
+    const Bracket *b = &p->filter.stack[p->filter.depth];
+    if (b->closer != TOK_YYEOF || !b->item_colon || b->item_first != TOK_NAME) return false;
+    const char *name = text_at(p, b->item_begin);
+    int length = 0;
+    while (goes_on(name[length])) length++;
+    Diag *d = diag(p->unit, found->span, DIAG_UNEXPECTED,
+                   "what is declared begins with a word: write param %.*s: … = …, or let %.*s = …", length, name,
+                   length, name);
+    diag_fix(p->unit, d, (Span){b->item_begin, b->item_begin}, FIX_GUESS, "param ");
+    return true;
+}
+
 // True if it was one.
 static bool report_known(Parser *p, const Token *found, const Expected *e)
 {
@@ -412,6 +449,7 @@ static bool report_known(Parser *p, const Token *found, const Expected *e)
             return true;
         }
         if (!e->operation) return false;
+        if (report_declaration_without_word(p, found)) return true;
         diag_fix(p->unit,
                  diag(p->unit, found->span, DIAG_UNEXPECTED,
                       "values are compared with `==`; `=` stands in let and declarations"),
@@ -436,9 +474,20 @@ static bool report_known(Parser *p, const Token *found, const Expected *e)
     }
 }
 
+// Nothing behind the token is read as it was meant.
+static void lose_shape(Parser *p, const Token *found)
+{
+    p->unit->lost.shape = true;
+    p->unit->lost.silent = (Span){found->span.end + 1, p->source->base + p->source->length};
+}
+
 void report_unexpected(Parser *p, const Token *found, const int *expected, int count)
 {
     if (p->filter.end_reported) return; // what does not fit now was put in at the end, where something is not closed
+    bool again = filter_goes_on_wrong(&p->filter, found);
+    p->filter.wrong_end = found->span.end;
+    if (again) return;
+    if (p->filter.semicolon) diag_take_back(p->unit, p->filter.semicolon); // something else was missing
     Expected e = gather(expected, count);
     if (report_known(p, found, &e)) return;
     char wanted[256], here[64];
@@ -448,6 +497,8 @@ void report_unexpected(Parser *p, const Token *found, const int *expected, int c
         diag(p->unit, found->span, DIAG_UNEXPECTED, "a value is missing before the operator %s", here);
     } else if (wanted[0]) {
         diag(p->unit, found->span, DIAG_UNEXPECTED, "expected %s before %s", wanted, here);
+        bool body = found->code == ';' && found->span.begin == found->span.end && !e.item && has_mark(&e, "{");
+        if (body) lose_shape(p, found); // a body whose { was forgotten ends in a } that closes nothing
     } else {
         diag(p->unit, found->span, DIAG_UNEXPECTED, "%s cannot stand here", here);
     }

@@ -19,6 +19,8 @@ void filter_init(Filter *f, Unit *unit, Scanner *scanner)
     f->last = (Token){.span = {scanner->source->base, scanner->source->base}};
     f->last_opened = f->skipping = f->ended = f->end_reported = false;
     f->skip_depth = 0;
+    f->semicolon = NULL;
+    f->wrong_end = 0;
     f->suspect = (Span){0};
 }
 
@@ -141,6 +143,8 @@ static void report_semicolon(Filter *f)
     Span after = {f->last.span.end, f->last.span.end};
     Diag *d = diag(f->unit, after, DIAG_MISSING_SEMICOLON, "an item ends with a semicolon: write `;` here");
     diag_fix(f->unit, d, after, FIX_SURE, ";");
+    f->semicolon = d;
+    if (!innermost(f)->semicolon) innermost(f)->semicolon = d;
 }
 
 // True if a line begins here with what can only be a declaration: `object head = …`
@@ -188,13 +192,27 @@ static bool comma_for_semicolon(Filter *f)
     return peek(f, 1)->code == '}' || (peek(f, 1)->code == TOK_NAME && peek(f, 2)->code == ':');
 }
 
+// True if the line goes on to a ) or ] that closes nothing: then the one that opens was forgotten, and the commas are what stood in it.
+static bool leads_to_stray(const Filter *f, const Token *comma)
+{
+    const Source *source = f->scanner->source;
+    int depth = 0;
+    for (const char *at = source->text + (comma->span.end - source->base); !strchr(";{}\"\n", *at); at++) {
+        depth += (*at == '(' || *at == '[') - (*at == ')' || *at == ']');
+        if (depth < 0) return true;
+        if (at[0] == '/' && at[1] == '/') break;
+    }
+    return false;
+}
+
 static Token take_comma(Filter *f)
 {
     Token comma = take(f);
+    comma.code = ';';
+    if (leads_to_stray(f, &comma)) return comma;
     Diag *d = diag(f->unit, comma.span, DIAG_MISSING_SEMICOLON,
                    "what stands in a block ends with `;`: write it instead of `,`");
     diag_fix(f->unit, d, comma.span, FIX_SURE, ";");
-    comma.code = ';';
     return comma;
 }
 
@@ -305,6 +323,10 @@ static void report_unclosed_at_end(Filter *f, Span end)
         return;
     }
     Span open = b->closer == '}' && f->suspect.end ? f->suspect : b->open;
+    // What lacks its } goes on into what follows it, and its last value lacked no `;`.
+    for (int i = f->depth; i > 0; i--)
+        if (f->stack[i].open.begin == open.begin && f->stack[i].semicolon)
+            diag_take_back(f->unit, f->stack[i].semicolon);
     Diag *d = diag(f->unit, open, DIAG_UNCLOSED, "this %s is not closed: write %s", opener_text(b->closer),
                    closer_text(b->closer));
     int labels = 0;
@@ -369,6 +391,12 @@ static void name_reserved_word(Filter *f)
     Token *next = peek(f, 0);
     if (!is_reserved(next->code)) return;
     int before = f->last.code;
+    if (before == next->code && begins_only_items(before) && peek(f, 1)->code == TOK_NAME && !f->skipping) {
+        Diag *d = diag(f->unit, next->span, DIAG_UNEXPECTED, "`%s` stands twice: remove one", token_text(before));
+        diag_fix(f->unit, d, next->span, FIX_SURE, "%s", "");
+        drop(f);
+        return;
+    }
     bool wanted = before == TOK_LET || before == TOK_FN || before == TOK_TAG || before == TOK_TOOL ||
                   before == TOK_PARAM || before == TOK_AS || before == '.' ||
                   (before == TOK_FOR && next->code != TOK_IN);
@@ -396,6 +424,7 @@ static void report_no_member(Filter *f)
 {
     Span after = {f->last.span.end, f->last.span.end};
     if (!f->skipping) diag(f->unit, after, DIAG_UNEXPECTED, "after a point stands a name: write a.x or a.move(…)");
+    f->wrong_end = after.end;
 }
 
 // At the ( of `for (i = 0; i < 3; i++)`, whose semicolons would end items: one message, and the whole head is left out.
@@ -453,6 +482,7 @@ static bool step(Filter *f, Token *given)
     Token next = {.code = peek(f, 0)->code, .span = peek(f, 0)->span};
     Bracket *b = innermost(f);
     f->last_opened = false;
+    f->semicolon = NULL;
     if (f->last.code == '.' && next.code != TOK_NAME && next.code != TOK_SCN_YYerror) {
         report_no_member(f);
         *given = put_in(f, TOK_MISSING);
@@ -581,6 +611,16 @@ void filter_recover(Filter *f)
     }
     f->skipping = true;
     f->skip_depth = f->last_opened ? f->depth - 1 : f->depth;
+}
+
+bool filter_goes_on_wrong(const Filter *f, const Token *token)
+{
+    const Source *source = f->scanner->source;
+    if (f->wrong_end <= source->base || token->span.begin < f->wrong_end) return false;
+    const char *at = source->text + (f->wrong_end - source->base),
+               *end = source->text + (token->span.begin - source->base);
+    while (at < end && strchr(" \t)]", *at)) at++;
+    return at == end;
 }
 
 bool filter_in_arguments(const Filter *f)

@@ -24,6 +24,7 @@ typedef struct Bracket {
     bool is_body;        // opened by TOK_BODY or the body of a function: no arguments in it
     Span stray;          // the first mark in it that closes nothing
     int forgiven;        // closers of ( or [ that were put in here because they were missing
+    Diag *semicolon;     // the first that was reported to be missing in it
 } Bracket;
 
 enum { FILTER_LOOK = 4 }; // a power of two
@@ -40,7 +41,9 @@ typedef struct Filter {
     bool skipping;    // in an error, to the end of what is open at skip_depth
     int skip_depth;
     bool ended, end_reported;
-    Span suspect; // the first { whose } stands further left than its line: the likely one that is not closed
+    Diag *semicolon;    // that `last` is, when it was reported to be missing
+    uint32_t wrong_end; // of the last token that was reported, or the place where one was missing
+    Span suspect;       // the first { whose } stands further left than its line: the likely one that is not closed
 } Filter;
 
 void filter_init(Filter *filter, Unit *unit, Scanner *scanner);
@@ -50,6 +53,9 @@ const Token *filter_next(Filter *filter);
 
 // The parser has found the last token wrong: skip to where it can go on.
 void filter_recover(Filter *filter);
+
+// True if nothing but space and closing marks stands between the token and what was reported before it: the same mistake, met once more.
+bool filter_goes_on_wrong(const Filter *filter, const Token *token);
 
 // True if the innermost bracket takes arguments as its entries (the block of a call or declaration), false for
 // the file and for bodies.

@@ -14,29 +14,38 @@ static bool goes_on(char c)
     return is_letter(c) || (c >= '0' && c <= '9');
 }
 
-static Name *place_of(const Lost *lost, Name name)
+static Name *place_of(const NameSet *set, Name name)
 {
     uint32_t k = (uint32_t)(((uintptr_t)name * 0x9e3779b97f4a7c15u) >> 32);
     for (;; k++) {
-        Name *place = &lost->names[k & (lost->capacity - 1)];
+        Name *place = &set->names[k & (set->capacity - 1)];
         if (!*place || *place == name) return place;
     }
 }
 
-void lost_add(Unit *unit, Name name)
+static bool set_has(const NameSet *set, Name name)
 {
-    Lost *lost = &unit->lost;
-    if (2 * lost->count >= lost->capacity) {
-        Lost old = *lost;
-        lost->capacity = old.capacity ? old.capacity * 2 : 64;
-        lost->names = arena_array(&unit->arena, Name, lost->capacity);
+    return set->capacity && *place_of(set, name) == name;
+}
+
+static void set_add(Arena *arena, NameSet *set, Name name)
+{
+    if (2 * set->count >= set->capacity) {
+        NameSet old = *set;
+        set->capacity = old.capacity ? old.capacity * 2 : 64;
+        set->names = arena_array(arena, Name, set->capacity);
         for (uint32_t k = 0; k < old.capacity; k++) {
-            if (old.names[k]) *place_of(lost, old.names[k]) = old.names[k];
+            if (old.names[k]) *place_of(set, old.names[k]) = old.names[k];
         }
     }
-    Name *place = place_of(lost, name);
-    if (!*place) lost->count++;
+    Name *place = place_of(set, name);
+    if (!*place) set->count++;
     *place = name;
+}
+
+void lost_add(Unit *unit, Name name)
+{
+    set_add(&unit->arena, &unit->lost.words, name);
 }
 
 void lost_text(Unit *unit, Span span)
@@ -48,8 +57,14 @@ void lost_text(Unit *unit, Span span)
     while (p < end) {
         const char *begin = p;
         while (p < end && goes_on(*p)) p++;
-        if (p > begin && is_letter(*begin)) lost_add(unit, name_of(&unit->names, begin, (size_t)(p - begin)));
-        if (p == begin) p++;
+        if (p == begin) {
+            p++;
+            continue;
+        }
+        if (!is_letter(*begin)) continue;
+        Name name = name_of(&unit->names, begin, (size_t)(p - begin));
+        lost_add(unit, name);
+        if (p < end && *p == ':') set_add(&unit->arena, &unit->lost.typed, name);
     }
 }
 
@@ -91,5 +106,10 @@ bool lost_report(const Unit *unit, Span span)
 bool lost_name(const Unit *unit, Name name)
 {
     const Lost *lost = &unit->lost;
-    return lost->files || lost->shape || (lost->capacity && *place_of(lost, name) == name);
+    return lost->files || lost->shape || set_has(&lost->words, name);
+}
+
+bool lost_parameter(const Unit *unit, Name name)
+{
+    return set_has(&unit->lost.typed, name);
 }

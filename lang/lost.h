@@ -14,6 +14,11 @@
 
 struct Unit;
 
+typedef struct NameSet { // open addressing by pointer
+    Name *names;
+    uint32_t count, capacity;
+} NameSet;
+
 typedef struct Lost {
     bool shape;  // brackets, strings or comments do not end where they should: only what was reported so far is sure
     bool files;  // a file that was to be included or used is not there: any name may be one of its
@@ -22,8 +27,8 @@ typedef struct Lost {
         read; // the parser is done: what is reported in a line of `lines` from now on follows from what was wrong with its shape
     Span *lines; // that the parser could not make sense of
     uint32_t line_count, line_capacity;
-    Name *names; // words of texts that were skipped: an open-addressing set by pointer
-    uint32_t count, capacity;
+    NameSet words; // of texts that were skipped
+    NameSet typed; // those of them with a colon behind, as parameters have it
 } Lost;
 
 // A stretch of a source was skipped, with a report: the words in it may be names that it defined.
@@ -40,5 +45,8 @@ void lost_add(struct Unit *unit, Name name);
 
 // True if a name that means nothing here may have been defined by what was lost.
 bool lost_name(const struct Unit *unit, Name name);
+
+// True if what was lost may have defined a parameter of that name: then what is built in under it is not meant.
+bool lost_parameter(const struct Unit *unit, Name name);
 
 #endif
