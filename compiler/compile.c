@@ -35,6 +35,19 @@ static void phase_done(Compilation *c, CompilePhase phase)
     c->begun = end;
 }
 
+// Whether a file has tags, tools or functions for others, and nothing that a scene is made of.
+static bool is_library(const Node *tree)
+{
+    bool defines = false;
+    for (const Node *item = tree->a; item; item = item->next) {
+        bool callable = item->kind == NODE_FN || item->kind == NODE_TAG || item->kind == NODE_TOOL;
+        bool named = item->kind == NODE_LET || (item->kind == NODE_DECLARE && item->name);
+        if (item->kind == NODE_VALUE || item->kind == NODE_FOR || (item->kind == NODE_DECLARE && !named)) return false;
+        defines |= callable;
+    }
+    return defines;
+}
+
 static Node *read_tree(Compilation *c, const Source *source)
 {
     if (!c->unit->library) c->unit->library = stdlib_library;
@@ -44,6 +57,7 @@ static Node *read_tree(Compilation *c, const Source *source)
     if (c->options->dump_tree) ast_print(c->unit, tree, c->options->dump_tree);
     if (c->unit->lost.shape)
         return tree; // brackets are not where they were meant: what would be found is not what is wrong
+    if (c->options->unused && is_library(tree)) c->unit->diagnostics.levels[DIAG_EMPTY_SCENE] = LEVEL_OFF;
     check(c->unit, tree);
     phase_done(c, PHASE_CHECK);
     return tree;

@@ -82,6 +82,50 @@ static uint32_t last_line_of(const Pieces *pieces, const Piece *piece)
     return line;
 }
 
+typedef struct Text {
+    const char *at;
+    size_t length;
+} Text;
+
+// What of a gap stands in the line of the word before it: a comment behind that.
+static Text line_rest(Text gap)
+{
+    const char *end = memchr(gap.at, '\n', gap.length);
+    return (Text){gap.at, end ? (size_t)(end - gap.at) : gap.length};
+}
+
+static Text trimmed(Text text)
+{
+    while (text.length && is_blank(text.at[text.length - 1])) text.length--;
+    while (text.length && is_blank(*text.at)) text.at++, text.length--;
+    return text;
+}
+
+static bool same_text(Text a, Text b)
+{
+    return a.length == b.length && !memcmp(a.at, b.at, a.length);
+}
+
+static size_t add_text(char *to, Text text)
+{
+    memcpy(to, text.at, text.length);
+    return text.length;
+}
+
+// A gap from the word that ends in line `from` to one in line `to`. What follows a word in its line belongs to that line, where both texts have it there.
+static size_t add_gap(char *to, const FormatOptions *options, uint32_t from, uint32_t line, Text printed, Text source)
+{
+    Text first = line_rest(printed), written = line_rest(source);
+    bool breaks = first.length < printed.length && written.length < source.length;
+    size_t length = 0;
+    if (breaks && same_text(trimmed(first), trimmed(written))) {
+        length = add_text(to, in_lines(options, from, from) ? first : written);
+        printed = (Text){first.at + first.length, printed.length - first.length};
+        source = (Text){written.at + written.length, source.length - written.length};
+    }
+    return length + add_text(to + length, in_lines(options, from, line) ? printed : source);
+}
+
 // What is written: the gap before each word from the result where it is in the range, else from the source.
 static Printed mix(const Pieces *pieces, const Printed *printed, const FormatOptions *options, Arena *arena)
 {
@@ -95,13 +139,10 @@ static Printed mix(const Pieces *pieces, const Printed *printed, const FormatOpt
         bool written = printed->begin[i] != NOT_WRITTEN && piece->length && piece->end > piece->begin;
         if (!written && !end)
             continue; // a comma or semicolon that only one of the two texts has: it is part of the gap
-        bool formatted = in_lines(options, line, piece->line);
-        const char *gap = formatted ? printed->text + from_printed : source + from_source;
-        size_t gap_length = formatted ? printed->begin[i] - from_printed : piece->begin - from_source;
-        memcpy(text + length, gap, gap_length);
-        length += gap_length;
-        memcpy(text + length, source + piece->begin, piece->end - piece->begin);
-        length += piece->end - piece->begin;
+        length += add_gap(text + length, options, line, piece->line,
+                          (Text){printed->text + from_printed, printed->begin[i] - from_printed},
+                          (Text){source + from_source, piece->begin - from_source});
+        length += add_text(text + length, (Text){source + piece->begin, piece->end - piece->begin});
         from_printed = printed->begin[i] + piece->length;
         from_source = piece->end;
         line = last_line_of(pieces, piece);

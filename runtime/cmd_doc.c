@@ -1,6 +1,6 @@
 // scn doc: the reference of a library, or of what is built in (runtime/doc.h).
 //
-//     scn doc brushes.scn                     a page of HTML to standard output
+//     scn doc leaves.scn                      a page of HTML to standard output; `leaves` alone finds the file, as `use` does
 //     scn doc brushes -o out/                 out/brushes.html; a library of scn goes by its name
 //     scn doc --builtins -o builtins.md       Markdown, with its pictures beside it
 //
@@ -9,6 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include "compiler/stdlib.h"
 #include "lang/ast.h"
@@ -62,6 +63,11 @@ static bool choose_target(const Options *options, Target *target)
         command_error("cannot make the folder %s: %s", out, strerror(errno));
         return false;
     }
+    bool known = ends_with(out, ".md") || ends_with(out, ".html") || ends_with(out, ".htm") || !strcmp(out, "-");
+    if (!known && !options->markdown) {
+        command_error("-o %s: a reference's name ends in .html or .md, or --format says what it is", out);
+        return false;
+    }
     if (strcmp(out, "-") != 0) snprintf(target->path, sizeof target->path, "%s", out);
     snprintf(target->stem, sizeof target->stem, "%s", base_of(out));
     char *dot = strrchr(target->stem, '.');
@@ -108,10 +114,23 @@ static int write_doc(const Doc *doc, const Target *target)
     return status;
 }
 
-// Reads a file, or a library of scn by its name. NULL with a message and the status.
+// The file of a library that is given as `use` names it: in this folder or one of -I. As it is given, where there is none.
+static const char *library_file(const Options *options, Arena *arena, const char *name)
+{
+    if (ends_with(name, ".scn") || !strcmp(name, "-") || !access(name, F_OK)) return name;
+    const char *here = arena_printf(arena, "%s.scn", name);
+    if (!access(here, F_OK)) return here;
+    for (int k = 0; k < options->include_count; k++) {
+        const char *there = arena_printf(arena, "%s/%s", options->includes[k], here);
+        if (!access(there, F_OK)) return there;
+    }
+    return name;
+}
+
+// Reads a file, or a library by its name. NULL with a message and the status.
 static Doc *read_library(const Options *options, Unit *unit, int *status)
 {
-    const char *name = options->files[0];
+    const char *name = library_file(options, &unit->arena, options->files[0]);
     size_t length;
     const char *text = ends_with(name, ".scn") ? NULL : stdlib_library(name, &length);
     bool standard = text != NULL;

@@ -31,7 +31,7 @@ static void put_rule(FILE *out, const ScnScene *scene, const char *target)
     put_name(out, target);
     fputc(':', out);
     for (int i = 0; scn_source(scene, i); i++) {
-        if (listed_before(scene, i)) continue;
+        if (listed_before(scene, i) || !strcmp(scn_source(scene, i), "<stdin>")) continue;
         fputs(" \\\n  ", out);
         put_name(out, scn_source(scene, i));
     }
@@ -50,6 +50,10 @@ int command_depfile(const Options *options, const ScnScene *scene, const char *m
 {
     if (!options->depfile && !options->depfile_path) return EXIT_DONE;
     char path[FILE_PATH_SIZE];
+    if (!options->depfile_path && !made && !strcmp(options->files[0], "-")) {
+        command_error("-MD of standard input wants the name of the rule's file: -MF FILE");
+        return EXIT_USAGE;
+    }
     if (options->depfile_path)
         snprintf(path, sizeof path, "%s", options->depfile_path);
     else

@@ -279,7 +279,7 @@ Doc *doc_of_library(Unit *unit, const Source *source, const char *name, bool sta
     const char *base = base_of(name);
     const Node *tree = parse_source(unit, source);
     doc->unit = unit;
-    doc->title = base;
+    doc->title = standard ? name : arena_text(&unit->arena, base, strcspn(base, "."));
     doc->intro = tree->doc;
     doc->path = arena_printf(&unit->arena, "%.*sexample", (int)(base - name), name);
     const char *alias = standard ? name : alias_of(&unit->arena, base);

@@ -40,7 +40,7 @@ static const char style[] =
     "var(--line); }\n"
     "th { font-weight: 600; color: var(--soft); font-size: 0.8125rem; }\n"
     "figure { display: flex; flex-wrap: wrap; gap: 1rem; align-items: flex-start; margin: 0.75rem 0; }\n"
-    "figure pre { flex: 1 1 20rem; margin: 0; min-width: 0; }\n"
+    "figure pre { flex: 1 1 20rem; margin: 0; min-width: 0; white-space: pre-wrap; }\n"
     "figure img { max-width: 100%; height: auto; border-radius: 6px; }\n"
     ".later { color: var(--soft); }\n";
 

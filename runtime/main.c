@@ -269,9 +269,9 @@ int main(int argc, char **argv)
     int status = options.help || options.command == COMMAND_HELP ? show_help(&options) : run_command(&options);
     if (options.command == COMMAND_CHECK) report_end(status);
     // What was written may meet a full disk only now.
-    if ((fflush(stdout) || ferror(stdout)) && status == EXIT_DONE) {
+    if (fflush(stdout) || ferror(stdout)) {
         command_error("cannot write standard output: %s", strerror(errno));
-        status = EXIT_WORLD;
+        if (status == EXIT_DONE) status = EXIT_WORLD;
     }
     if (options.command != COMMAND_CHECK) report_end(status);
     return status;

@@ -35,6 +35,18 @@ static const OptionEntry entries[] = {
 #include "runtime/options.def"
 };
 
+// What some commands say of an option instead.
+typedef struct HelpEntry {
+    OptionId option;
+    unsigned commands;
+    const char *help;
+} HelpEntry;
+
+static const HelpEntry helps[] = {
+#define OPTION_FOR(id, commands, help) {OPTION_##id, commands, help},
+#include "runtime/options.def"
+};
+
 static bool wrong(Options *options, const char *format, ...) __attribute__((format(printf, 2, 3)));
 static bool wrong(Options *options, const char *format, ...)
 {
@@ -504,13 +516,21 @@ static void help_all(FILE *out)
     print_statuses(out);
 }
 
+static const char *help_of(int option, CommandId command)
+{
+    for (size_t k = 0; k < sizeof helps / sizeof *helps; k++)
+        if ((int)helps[k].option == option && helps[k].commands & 1u << command) return helps[k].help;
+    return entries[option].help;
+}
+
 void options_help(FILE *out, CommandId command)
 {
     if (command == COMMAND_COUNT) {
         help_all(out);
         return;
     }
-    fprintf(out, "scn %s %s\n\n  ", commands[command].name, commands[command].arguments);
+    const char *arguments = commands[command].arguments;
+    fprintf(out, "scn %s%s%s\n\n  ", commands[command].name, *arguments ? " " : "", arguments);
     options_wrap(out, commands[command].help, 2);
     fprintf(out, "\nOptions:\n");
     for (int i = 0; i < OPTION_COUNT; i++) {
@@ -521,7 +541,7 @@ void options_help(FILE *out, CommandId command)
                  entry->letter ? "," : " ", entry->name[0] == 'M' ? "-" : "--", entry->name, entry->value ? " " : "",
                  entry->value ? entry->value : "");
         fprintf(out, "  %-26s ", left);
-        options_wrap(out, entry->help, 29);
+        options_wrap(out, help_of(i, command), 29);
     }
     print_statuses(out);
 }

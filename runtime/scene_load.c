@@ -115,7 +115,7 @@ static bool check_patches(ScnScene *scene, const Plan *plan)
 
 static ScnStatus load_source(ScnScene *scene, const ScnSceneDesc *desc)
 {
-    const char *path = desc->path ? desc->path : "scene";
+    const char *path = !desc->path ? "scene" : strcmp(desc->path, "-") ? desc->path : "<stdin>";
     size_t length;
     const char *text = read_text(scene, desc, &length);
     if (!text) return SCN_WORLD_FAILED;

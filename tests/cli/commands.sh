@@ -131,5 +131,22 @@ if [ -c /dev/full ]; then
     "$scn" help >/dev/full 2>err || status=$?
     same "$status" 3
     says err 'standard output'
+    status=0
+    "$scn" check --error-format json wrong.scn >/dev/full 2>err || status=$?
+    same "$status" 1
+    says err 'standard output'
 fi
+
+# Standard input has a name in messages.
+run 0 "$scn" check -
+says err '<stdin>:1'
+
+# --help of a command speaks of that command.
+run 0 "$scn" build --help
+says out '.scnk'
+if grep -q '####' out; then wrong 'build makes no frames'; fi
+run 0 "$scn" doc --help
+says out '.html'
+run 0 "$scn" version --help
+same "$(head -n 1 out)" 'scn version'
 finish

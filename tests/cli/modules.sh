@@ -70,6 +70,10 @@ says here.d 'stamp:'
 run 1 "$scn" check wrong.scn -MD
 gone wrong.d
 run 2 "$scn" check face.scn ball.scn -MF here.d
+run 2 "$scn" check -MD -
+says err '-MF'
+run 0 "$scn" check -MF stdin.d -
+if grep -q '<stdin>' stdin.d; then wrong 'no file is called <stdin>'; fi
 if command -v make >/dev/null; then
     printf 'all: face.scnk\nface.scnk:\n\techo again\ninclude face.d\n' >Makefile
     run 0 make -q all

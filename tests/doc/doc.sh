@@ -67,6 +67,10 @@ says err 'no tag'
 run 3 "$scn" doc missing.scn
 says err brushes
 run 2 "$scn" doc
+run 2 "$scn" doc shapes.scn -o shapes.pdf
+says err '.html'
+gone shapes.pdf
+run 0 "$scn" doc shapes.scn --format markdown --no-pictures -o shapes.txt
 run 2 "$scn" doc brushes --builtins
 run 2 "$scn" doc brushes --format pdf
 run 3 env OCL_ICD_VENDORS=/nonexistent/ "$scn" doc shapes.scn -o no_device.html

@@ -84,6 +84,11 @@ run 3 "$scn" fmt tree/empty
 says err 'no scene'
 run 2 "$scn" fmt --lines 1..2 tree
 
+# A comment behind a word belongs to the line of the word.
+printf 'let  a = 1; // one\nlet  b = 2;   // two\nsphere( a + b );\n' >behind.scn
+run 0 "$scn" fmt --lines 2..2 behind.scn
+printf 'let  a = 1; // one\nlet b = 2;  // two\nsphere( a + b );\n' | cmp -s - behind.scn || wrong 'line 2 alone'
+
 # The world.
 run 2 "$scn" fmt
 run 3 "$scn" fmt missing.scn

@@ -1,9 +1,9 @@
 // Valid scenes with one token deleted, doubled, or swapped with the next: each is a valid scene still, or gets sensible messages, and soon.
 //
-//     mutate [--every N] [--show COUNT] FILE…
+//     mutate [--every N] [--show COUNT] [--limit MS] FILE…
 //
 // Each N-th of the mutants is tried (1: all), chosen by a fixed pattern, the same on every machine. A file that is not valid by itself is left
-// out. What fails is a crash, a mutant without a plan and without an error, and one that takes longer than 20 seconds. Printed is
+// out. What fails is a crash, a mutant without a plan and without an error, and one that takes longer than 20 seconds, or MS of CPU. Printed is
 // how many mutants are still valid, how many get one, two, three or more errors, and the longest time; --show prints those with at least
 // COUNT errors, to read.
 #include <signal.h>
@@ -23,7 +23,7 @@ typedef struct Tally {
     long tried, valid, errors[4]; // of 1, 2, 3 and more
     double slowest;               // ms of CPU
     long failed;
-    int every, show;
+    int every, show, limit;
 } Tally;
 
 static char running[400]; // for the handler alone
@@ -107,6 +107,7 @@ static void try(Tally *tally, const char *path, const char *text, size_t length)
     if (took > tally->slowest) tally->slowest = took;
     tally->tried++;
     if (errors < 0) printf("%s: neither a scene nor an error\n", running), tally->failed++;
+    if (took > tally->limit) printf("%s: took %.0f ms\n", running, took), tally->failed++;
     if (errors == 0) tally->valid++;
     if (errors > 0) tally->errors[errors < 4 ? errors - 1 : 3]++;
     if (tally->show && errors >= tally->show) {
@@ -147,7 +148,7 @@ static void mutate(Tally *tally, const char *path, long *number)
 
 int main(int argc, char **argv)
 {
-    Tally tally = {.every = 1};
+    Tally tally = {.every = 1, .limit = 20000};
     long number = 0;
     signal(SIGALRM, on_alarm);
     for (int i = 1; i < argc; i++) {
@@ -155,6 +156,8 @@ int main(int argc, char **argv)
             tally.every = atoi(argv[++i]);
         else if (!strcmp(argv[i], "--show") && i + 1 < argc)
             tally.show = atoi(argv[++i]);
+        else if (!strcmp(argv[i], "--limit") && i + 1 < argc)
+            tally.limit = atoi(argv[++i]);
         else if (tally.every > 0)
             mutate(&tally, argv[i], &number);
     }
