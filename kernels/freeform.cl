@@ -99,7 +99,7 @@ static Bezier2 record_bezier(__global const QuadricRecord *r, FLOAT u, FLOAT v, 
 // each time they are asked for, so that what a ray takes grows with their square.
 typedef struct Supports {
     uint begin, count;
-    int all;
+    int all, wide; // wide: some of them may reach far beyond what is looked at
 #if WIDTH > 1
     uint ids[ACTIVE_LIMIT];
     Roots roots[ACTIVE_LIMIT];
@@ -110,20 +110,23 @@ static void supports_find(Supports *supports, const Ray *ray, uint begin, uint s
 {
     supports->begin = begin;
     supports->count = stop - begin;
-    supports->all = 1;
+    supports->all = supports->wide = 1;
 #if WIDTH > 1
+    int wide = 0;
     uint count = 0;
     for (uint k = begin; k < stop; k++) {
         __global const QuadricRecord *record = ray->records + ray->list[k];
         Roots r = record_roots(record, ray->u, ray->v);
         INT meets = record->flags & RECORD_OUTSIDE ? (r.r0 > t) | (r.r1 < bound) : (r.r0 < bound) & (r.r1 > t);
         if (!ANY(meets & (t < bound))) continue;
+        if (record->flags & RECORD_OUTSIDE || ANY(meets & ((r.r0 < -8.0f) | (r.r1 > 8.0f)))) wide = 1;
         if (count == ACTIVE_LIMIT) return;
         supports->ids[count] = ray->list[k];
         supports->roots[count++] = r;
     }
     supports->count = count;
     supports->all = 0;
+    supports->wide = wide;
 #endif
 }
 
@@ -138,6 +141,16 @@ static __global const QuadricRecord *supports_get(const Supports *supports, cons
     __global const QuadricRecord *record = ray->records + ray->list[supports->begin + k];
     *roots = record_roots(record, ray->u, ray->v);
     return record;
+}
+
+// Where a piece that begins at t ends at the latest, if supports are wide: 1 or 8 or 64 … from what is looked at. On a long piece the surface would weigh
+// nothing beside what is far away: R grows with the sixth power of the distance, and without an end a millionth of W^6 F' is left at a tenth of the way.
+static FLOAT piece_cut(FLOAT t)
+{
+    FLOAT cut = INFINITY;
+    for (float far = 4096.0f; far > 0.5f; far *= 0.125f) cut = t < far ? (FLOAT)(far) : cut;
+    for (float far = 1.0f; far < 5000.0f; far *= 8.0f) cut = t < -far ? (FLOAT)(-far) : cut;
+    return cut;
 }
 
 // Value and derivatives of W^6 F' at a place.
@@ -205,6 +218,7 @@ static NOINLINE FLOAT freeform_next(const Ray *ray, uint id, uint begin, uint st
             FLOAT next = r.r0 > t ? r.r0 : r.r1 > t ? r.r1 : (FLOAT)(INFINITY);
             end = least(end, next);
         }
+        if (supports.wide) end = least(end, piece_cut(t));
         RayPlace l = ray_place(t), h = ray_place(end);
         Bernstein sum;
         sum.c0 = sum.c1 = sum.c2 = sum.c3 = sum.c4 = sum.c5 = sum.c6 = 0.0f;
