@@ -173,10 +173,10 @@ NOINLINE void search_sampled(const Tape *tape, const FieldLine *line, Search *m,
     FLOAT place = field_sampled(tape, line, m->p, q, SAMPLES, which, m->at_root, sign, &before, memory);
     INT positive = which & (place < INFINITY), at_once = positive & (place == m->p), between = positive & !at_once;
     INT marked = which & !m->at_root;
-    if (ANY(marked & positive)) { // what is positive for certain a little later leaves no doubt of the root
-        FLOAT beyond = (positive ? place : q) + 1e-4f * (size_of(q) + 0.01f);
+    if (ANY(marked)) { // what is positive for certain a little later leaves no doubt of the root: it is before that, and is found before that
+        FLOAT at = positive ? place : q, beyond = least(at + 1e-4f * (size_of(at) + 0.1f), m->end); // a tape is that of its cell
         Range there = field_bounds(tape, line, beyond, sign, memory);
-        marked = marked & !(positive & (there.low > 0.0f));
+        marked = marked & !(there.low > 0.0f);
     }
     m->uncertain = m->uncertain | marked;
     m->found = at_once ? place : m->found;
@@ -202,7 +202,7 @@ NOINLINE void search_closer(const Tape *tape, const FieldLine *line, Search *m, 
     FLOAT noise = there.high - there.low, top = most(f.p.high, f.q.high), extent = top - least(f.p.low, f.q.low);
     FLOAT place = m->least_step + 2.5e-7f * most(size_of(m->p), size_of(q));
     INT near = width <= 0.02f * (1.0f + size_of(m->p)); // farther it may be less than at p
-    INT lost = near & ((top <= NOISE_PART * noise) | (extent <= 4.0f * noise));
+    INT lost = near & (((top <= NOISE_PART * noise) & (there.high + 4.0f * noise >= 0.0f)) | (extent <= 4.0f * noise));
     INT closed = open & (lost | (width <= place));
     INT sure = closed & (q >= m->certain), sampled = closed & !sure & !(m->at_root & (f.q.high <= 0.0f));
     m->found = sure ? 0.5f * (m->p + q) : m->found;

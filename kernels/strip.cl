@@ -257,7 +257,10 @@ NOINLINE void unary_slope(uint op, int power, const Range *pa, const Range *pr, 
 static Strip strip_exp(Strip a)
 {
     FLOAT zero = 0.0f, one = 1.0f;
-    FLOAT m = least(0.5f * (a.p.low + a.q.low), least(a.p.low, a.q.low) + 1.0f), touch = below(each_exp(m), 4.0f);
+    FLOAT lower = least(a.p.low, a.q.low), next = lower + 1.0f, m;
+    next = next - lower <= 1.0f ? next : lower; // of large numbers the next is farther away
+    m = least(0.5f * (a.p.low + a.q.low), next);
+    FLOAT touch = most(below(each_exp(m), 4.0f), zero);
     Strip r;
     r.p.low = most(product_below(touch, sum_below(one, difference_below(a.p.low, m))), zero);
     r.q.low = most(product_below(touch, sum_below(one, difference_below(a.q.low, m))), zero);
