@@ -1,4 +1,4 @@
-// Tapes: expressions of general fields as the host (compiler/tape.c, runtime/fields.c) gives them to the kernels (field.cl).
+// Tapes: expressions of general fields as the host (compiler/tape.c, runtime/fold_field.c) gives them to the kernels (field.cl).
 //
 // A tape is a list of steps in order of evaluation. Values 0, 1 and 2 are the coordinates of the point, step k gives value 3 + k. An operand is the
 // number of a value; with TAPE_LITERAL the second operand is a number itself. So numbers are data, and a scene of other numbers, or of other

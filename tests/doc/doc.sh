@@ -51,6 +51,14 @@ same "$(pictures builtins.html)" 0
 for word in sphere bump union rotate material sin time; do says builtins.html "<h3 id=\"$word\">"; done
 says builtins.html 'Not in this version yet.'
 
+# Each example of what is built in is a scene.
+run 0 "$scn" doc --builtins --no-pictures --format markdown
+mkdir -p examples
+awk '/^```scn$/ { name = sprintf("examples/%03d.scn", ++count); next } /^```/ { name = "" } name { print >name }' out
+[ "$(ls examples | wc -l)" -gt 60 ] || wrong 'examples of most of what is built in'
+run 0 "$scn" check examples/*.scn
+quiet err
+
 # Mistakes.
 printf '/// ```scn\n/// ball(y: 90deg);\n/// ```\ntag ball() { sphere(1) }\n' >wrong_example.scn
 run 1 "$scn" doc wrong_example.scn -o wrong_example.html
