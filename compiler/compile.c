@@ -69,6 +69,7 @@ static Ir *make_ir(Compilation *c, Node *tree)
     ElaborateOptions options = {.defines = o->defines,
                                 .define_count = o->define_count,
                                 .camera = o->camera,
+                                .only = o->only,
                                 .print = o->print,
                                 .patches = o->patches,
                                 .unused = o->unused};

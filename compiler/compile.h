@@ -29,6 +29,7 @@ typedef struct CompileOptions {
     const Define *defines; // -D name=value, in order
     int define_count;
     const char *camera; // the camera to look through; NULL: the first
+    const char *only;   // the name of the objects that are shown alone; NULL: all
     bool unused;        // also finds the mistakes of what nothing uses (scn check, editors)
     bool patches;       // also those patches that nothing shows (scn patch)
     bool kernel;        // also makes the kernel's source
@@ -56,7 +57,7 @@ typedef struct Compiled {
     Plan *plan;         // NULL where the scene has errors
     const char *kernel; // OpenCL C, if it was asked for
     size_t kernel_length;
-    const char *wrong;                // what is wrong with a define, the camera's name or `after`; NULL if nothing
+    const char *wrong; // what is wrong with a define, the camera's name, `only` or `after`; NULL if nothing
     double milliseconds[PHASE_COUNT]; // CPU time of each phase
 } Compiled;
 

@@ -10,6 +10,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "compiler/alone.h"
 #include "compiler/evaluator.h"
 
 enum { RECURSION_BYTES = 1 << 20 };
@@ -430,6 +431,47 @@ static void choose_camera(Eval *e, Shown *shown)
         e->options->wrong = arena_printf(&e->unit->arena, "the scene has no camera with a name, so no %s", wanted);
 }
 
+// The object of the file that is called so, also where nothing shows it. 0: there is none.
+static IrId declared(Eval *e, const char *wanted)
+{
+    for (uint32_t i = 0; i < e->program->count; i++) {
+        Symbol *symbol = e->program->items[i];
+        if (!symbol || symbol->kind != SYMBOL_LET || !type_is_field(symbol->type) || strcmp(symbol->name, wanted) != 0)
+            continue;
+        Value value = force(e, symbol);
+        return value_is_bad(&value) ? ir_node(e->ir, OP_EMPTY, symbol->span, NULL, 0) : value.id;
+    }
+    return 0;
+}
+
+// `--only`: what is shown under that name, else what is declared under it.
+static void choose_objects(Eval *e)
+{
+    Ir *ir = e->ir;
+    const char *wanted = e->options->only;
+    if (!wanted || e->options->wrong) return;
+    IrId found = alone(ir, ir->root, wanted), object = 0;
+    if (!found) {
+        e->options->wrong = "the scene has more than 10 million items: use fewer copies";
+        return;
+    }
+    if (ir_at(ir, found)->op == OP_EMPTY) object = declared(e, wanted);
+    if (object || ir_at(ir, found)->op != OP_EMPTY) {
+        ir->root = object ? object : found;
+        return;
+    }
+    const char **names;
+    int count = alone_names(ir, ir->root, e->program->count, &e->scratch, &names);
+    for (uint32_t i = 0; i < e->program->count; i++) {
+        const Symbol *symbol = e->program->items[i];
+        if (symbol && symbol->kind == SYMBOL_LET && type_is_field(symbol->type)) names[count++] = symbol->name;
+    }
+    const char *near = nearest_name(wanted, names, count);
+    e->options->wrong =
+        near ? arena_printf(&e->unit->arena, "the scene has no object %s: do you mean %s?", wanted, near)
+             : arena_printf(&e->unit->arena, "the scene has no object %s: `scn tree` lists their names", wanted);
+}
+
 static void warn_empty(Eval *e, const Node *tree)
 {
     const Symbol *object = NULL;
@@ -458,10 +500,11 @@ static void assemble(Eval *e, Shown *shown, const Node *tree)
     Ir *ir = e->ir;
     bool wrong =
         e->options->wrong || e->unit->errors != e->errors_before; // what is made of that may be what is lacking
-    if (!shown->objects.count && !wrong && !declares_patches(e)) warn_empty(e, tree);
+    if (!shown->objects.count && !wrong && !e->options->only && !declares_patches(e)) warn_empty(e, tree);
     IrId *ids = arena_array(&e->scratch, IrId, shown->objects.count);
     for (uint32_t i = 0; i < shown->objects.count; i++) ids[i] = shown->objects.items[i].id;
     ir->root = ir_node(ir, OP_UNION, tree->span, ids, shown->objects.count);
+    choose_objects(e);
     if (!shown->lights.count) default_lights(e, &shown->lights);
     ir->light_count = shown->lights.count;
     ir->lights = arena_array(ir->arena, IrId, ir->light_count);

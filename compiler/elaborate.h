@@ -25,11 +25,13 @@ typedef struct ElaborateOptions {
     const Define *defines; // -D name=value, in order; the last of a name counts
     int define_count;
     const char *camera; // the name of the camera to look through; NULL: the first
+    const char *only;   // the name of the objects that are shown alone; NULL: all
     FILE *print;        // where `print` writes; NULL: nowhere
     bool patches;       // evaluates the file's patches, also those that nothing shows (scn patch)
     bool unused;        // evaluates also what nothing uses, to find its mistakes (scn check, editors)
 
-    const char *wrong; // result: what is wrong with a define or the camera's name (in the unit's arena), else NULL
+    const char *
+        wrong; // result: what is wrong with a define, the camera's name or the objects' (in the unit's arena), else NULL
 } ElaborateOptions;
 
 // Takes a tree without errors that check() has been over. Returns NULL if unit->errors grew or options->wrong is set.

@@ -148,6 +148,7 @@ void command_describe(const Options *options, CommandScene *scene)
         .settings = scene->settings,
         .setting_count = options->define_count,
         .camera = options->camera,
+        .only = options->only,
         .strict = options->strict,
         .warnings = options->warnings,
         .warning_count = options->warning_count,

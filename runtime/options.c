@@ -253,6 +253,7 @@ static bool set_option(Options *options, OptionId id, const char *value)
     case OPTION_FRAMES: return set_frames(options, value);
     case OPTION_DEFINE: return set_define(options, value);
     case OPTION_CAMERA: options->camera = value; return true;
+    case OPTION_ONLY: options->only = value; return true;
     case OPTION_LAYERS: return set_layers(options, value);
     case OPTION_SAMPLES: return set_count(options, "samples", value, 16, &options->samples);
     case OPTION_HALF: options->half = true; return true;

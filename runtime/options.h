@@ -48,7 +48,7 @@ typedef struct Options {
     const char *time;  // not yet understood: frames need the scene
     bool frames_given, frames_all;
     int first_frame, last_frame;
-    const char *camera, *device, *stats, *after;
+    const char *camera, *only, *device, *stats, *after;
     unsigned layers;                           // FilmLayer; 0: not given
     int samples, threads, lanes, repeat, bits; // 0: not given
     bool half, full;                           // --half, --float

@@ -39,6 +39,9 @@ static ScnStatus load_package(ScnScene *scene, const ScnSceneDesc *desc)
         return SCN_WORLD_FAILED;
     }
     scene->inputs = first_inputs(&scene->unit.arena, scene->package->plan);
+    if (desc->only)
+        return scene_fail(scene, SCN_CALL_WRONG, "what a package shows is chosen when it is built: scn build --only %s",
+                          desc->only);
     if (desc->camera)
         return scene_fail(scene, SCN_CALL_WRONG,
                           "the camera of a package is chosen when it is built: scn build --camera %s", desc->camera);
@@ -97,6 +100,7 @@ static Compiled *run_compiler(ScnScene *scene, const ScnSceneDesc *desc, const S
     options.defines = defines;
     options.define_count = desc->setting_count;
     options.camera = desc->camera;
+    options.only = desc->only;
     options.kernel = !desc->check_only;
     options.patches = options.patches || desc->check_only; // so that the mistakes of all are found
     options.unused = desc->check_only;

@@ -62,8 +62,9 @@ typedef struct ScnSceneDesc {
     const char *search_path;    // for `use`, ':' between folders; NULL: $SCN_PATH
     const ScnSetting *settings; // params, as scn_set_text(); bool, int and string params can only be set here
     int setting_count;
-    const char *camera;          // the name of a camera of the scene; NULL: the first
-    bool strict;                 // warnings are errors
+    const char *camera; // the name of a camera of the scene; NULL: the first
+    const char *only;   // the name of the objects that are shown, hidden ones too; NULL: all that the scene shows
+    bool strict;        // warnings are errors
     const char *const *warnings; // as -W of the command: "no-unused", "error=shadow", "error"; later ones win
     int warning_count;
     const char *device; // "cpu", "gpu", a number of scn_devices(), part of a name; NULL: the first GPU, else CPU

@@ -70,6 +70,21 @@ says err 'right'
 run 2 "$scn" render ball.scn --camera sied -o a.png
 says err 'side'
 
+# A part alone.
+printf 'object block = box(4) - cylinder(1).named("drill");\nobject _spare = sphere(1);\nscene { block.move(5, 0, 0).hide(); sphere(9); }\n' > parts.scn
+run 0 "$scn" info parts.scn --only drill --json
+json '.objects[-1] == "drill"' out
+run 0 "$scn" info parts.scn --only _spare --json
+json '.objects[-1] == "_spare"' out
+run 0 "$scn" render parts.scn --only block --size 64x64 -o a.png
+run 2 "$scn" render parts.scn --only dril -o a.png
+says err 'do you mean drill?'
+run 2 "$scn" render parts.scn --only zebra -o a.png
+says err 'scn tree'
+run 0 "$scn" build parts.scn --source --only block -o parts.scnk
+run 2 "$scn" info parts.scnk --only block
+says err 'scn build --only block'
+
 # Information.
 run 0 "$scn" info ball.scn
 says out 'How far it is to the right.'

@@ -6,6 +6,7 @@
 //
 //     // size: 33x33                                the picture (33x33: pixel 16,16 is its middle)
 //     // camera: side                               the camera to look through
+//     // only: wheel                                objects that are shown alone
 //     // samples: 4                                 4 x 4 rays a pixel
 //     print "pixel 16,16 depth", 4 - sqrt(0.75);    also normal, position, color, alpha (coverage), certificate
 //     print "pixel 16,16 depth 3 within 0.01";      instead of the tolerance below
@@ -163,15 +164,16 @@ static void *room(int width, int height, size_t size)
 }
 
 // The comments at the beginning of the file's lines.
-static void read_settings(const char *path, ScnFrameDesc *frame, char camera[64])
+static void read_settings(const char *path, ScnFrameDesc *frame, char camera[64], char only[64])
 {
     char line[256];
     frame->width = frame->height = 33;
-    camera[0] = 0;
+    camera[0] = only[0] = 0;
     FILE *file = fopen(path, "r");
     while (file && fgets(line, sizeof line, file)) {
         int width, height;
         sscanf(line, "// camera: %63s", camera);
+        sscanf(line, "// only: %63s", only);
         sscanf(line, "// samples: %d", &frame->samples);
         if (sscanf(line, "// size: %dx%d", &width, &height) != 2) continue;
         if (width > 0 && height > 0 && width <= 512 && height <= 512) frame->width = width, frame->height = height;
@@ -198,8 +200,8 @@ static int test_scene(const char *path)
 {
     Picture picture = {.path = path};
     ScnFrameDesc *frame = &picture.frame;
-    char camera[64];
-    read_settings(path, frame, camera);
+    char camera[64], only[64];
+    read_settings(path, frame, camera, only);
     int w = frame->width, h = frame->height;
     frame->color = room(w, h, 4 * sizeof(float));
     frame->depth = room(w, h, sizeof(float));
@@ -207,7 +209,8 @@ static int test_scene(const char *path)
     frame->position = room(w, h, 3 * sizeof(float));
     frame->certificate = room(w, h, sizeof(float));
     frame->id = room(w, h, sizeof(uint32_t));
-    picture.scene = scn_load(&(ScnSceneDesc){.path = path, .camera = *camera ? camera : NULL, .quick = true});
+    picture.scene = scn_load(
+        &(ScnSceneDesc){.path = path, .camera = *camera ? camera : NULL, .only = *only ? only : NULL, .quick = true});
     if (!picture.scene || scn_status(picture.scene) != SCN_OK) {
         complain(&picture, "the scene", picture.scene ? scn_error(picture.scene) : "out of memory");
         if (picture.scene) printf("%s", scn_diagnostics_text(picture.scene, false));
