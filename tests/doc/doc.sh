@@ -55,7 +55,7 @@ says builtins.html 'Not in this version yet.'
 run 0 "$scn" doc --builtins --no-pictures --format markdown
 mkdir -p examples
 awk '/^```scn$/ { name = sprintf("examples/%03d.scn", ++count); next } /^```/ { name = "" } name { print >name }' out
-[ "$(ls examples | wc -l)" -gt 60 ] || wrong 'examples of most of what is built in'
+[ "$(ls examples | wc -l)" -gt 50 ] || wrong 'examples of most of what is built in'
 run 0 "$scn" check examples/*.scn
 quiet err
 
