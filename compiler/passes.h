@@ -36,8 +36,7 @@ typedef struct Pass {
 enum { PASS_COUNT = 7 };
 extern const Pass passes[PASS_COUNT];
 
-PassRun pass_polynomials, pass_transforms, pass_deformations, pass_attributes, pass_morphs, pass_sets,
-    pass_fields;
+PassRun pass_polynomials, pass_transforms, pass_deformations, pass_attributes, pass_morphs, pass_sets, pass_fields;
 
 // What is wrong after a pass: ir_verify(), and operations that should be gone. NULL if nothing.
 const char *pass_verify(const Ir *ir, const Pass *pass);

@@ -191,6 +191,7 @@ void diag_take_back(Unit *unit, Diag *d)
     if (list->last == d) list->last = before;
     list->kept[d->severity]--;
     unit->errors--;
+    d->span = (Span){UINT32_MAX, UINT32_MAX}; // its place in the table stays, and is nobody's
 }
 
 void diag_label(Unit *unit, Diag *d, Span span, const char *format, ...)

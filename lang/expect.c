@@ -220,6 +220,7 @@ static bool report_after_names(Parser *p, const Token *found, const Expected *e)
         Diag *d = diag(p->unit, found->span, DIAG_NAMED_ARGUMENT,
                        "an argument with a name is written with a colon: write %.*s: …", length, text);
         diag_fix(p->unit, d, (Span){name.end, name.end}, FIX_LIKELY, ":");
+        lost_line(p->unit, found->span); // where these are parameters, they are not defined
         return true;
     }
     if (e->name && has_mark(e, "=") && token_is(found->code, TOKEN_BEGINS) && filter_in_arguments(&p->filter)) {
@@ -242,7 +243,7 @@ static bool report_after_names(Parser *p, const Token *found, const Expected *e)
     Span first = word_before(p, name.begin);
     bool same =
         first.end - first.begin == name.end - name.begin && !memcmp(text_at(p, first.begin), text, (size_t)length);
-    if (found->code == ':' && same && filter_in_arguments(&p->filter)) {
+    if (found->code == ':' && same) {
         Diag *d = diag(p->unit, name, DIAG_UNEXPECTED, "%.*s stands twice: remove one", length, text);
         diag_fix(p->unit, d, name, FIX_LIKELY, "%s", "");
         return true;
@@ -484,7 +485,7 @@ static void lose_shape(Parser *p, const Token *found)
 void report_unexpected(Parser *p, const Token *found, const int *expected, int count)
 {
     if (p->filter.end_reported) return; // what does not fit now was put in at the end, where something is not closed
-    bool again = filter_goes_on_wrong(&p->filter, found);
+    bool again = !p->filter.semicolon && filter_goes_on_wrong(&p->filter, found);
     p->filter.wrong_end = found->span.end;
     if (again) return;
     if (p->filter.semicolon) diag_take_back(p->unit, p->filter.semicolon); // something else was missing

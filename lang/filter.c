@@ -301,6 +301,10 @@ static void report_unclosed(Filter *f, Span at, const char *what)
     bool in_lost = f->last.span.end > silent.begin && f->last.span.end <= silent.end;
     if (f->unit->lost.shape || in_lost) return; // it may be closed in what was lost
     if (b->closer == TOK_STRING_TAIL) return;   // the scanner has seen that it ends
+    // What did not fit inside of it stood where it is because of that.
+    for (Diag *last = f->unit->diagnostics.last;
+         last && last->code == DIAG_UNEXPECTED && last->span.begin > b->open.begin; last = f->unit->diagnostics.last)
+        diag_take_back(f->unit, last);
     Diag *d = diag(f->unit, b->open, DIAG_UNCLOSED, "this %s is not closed: write %s", opener_text(b->closer),
                    closer_text(b->closer));
     diag_label(f->unit, d, at, "it should be closed before %s", what);
@@ -616,9 +620,12 @@ void filter_recover(Filter *f)
 bool filter_goes_on_wrong(const Filter *f, const Token *token)
 {
     const Source *source = f->scanner->source;
-    if (f->wrong_end <= source->base || token->span.begin < f->wrong_end) return false;
-    const char *at = source->text + (f->wrong_end - source->base),
-               *end = source->text + (token->span.begin - source->base);
+    const Diag *last = f->unit->diagnostics.last;
+    uint32_t wrong = f->wrong_end;
+    if (last && last->severity == SEVERITY_ERROR && last->span.end > wrong)
+        wrong = last->span.end; // of the scanner, too
+    if (wrong <= source->base || token->span.begin < wrong) return false;
+    const char *at = source->text + (wrong - source->base), *end = source->text + (token->span.begin - source->base);
     while (at < end && strchr(" \t)]", *at)) at++;
     return at == end;
 }

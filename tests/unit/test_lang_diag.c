@@ -303,6 +303,26 @@ static void the_examples_are_what_they_say(void **state)
     }
 }
 
+static void what_is_taken_back_was_never_said(void **state)
+{
+    Unit unit;
+    Source *s = begin(&unit, "let a = ;\n");
+    Span at = {s->base + 8, s->base + 9};
+    Diag *first = diag(&unit, (Span){s->base, s->base + 3}, DIAG_UNKNOWN_NAME, "first");
+    Diag *second = diag(&unit, at, DIAG_UNEXPECTED, "second");
+    diag_take_back(&unit, second);
+    assert_int_equal(unit.errors, 1);
+    assert_ptr_equal(unit.diagnostics.last, first);
+    diag_take_back(&unit, first);
+    assert_int_equal(unit.errors, 0);
+    assert_null(unit.diagnostics.first);
+    diag(&unit, at, DIAG_UNEXPECTED, "third"); // at the place of one that was taken back
+    assert_int_equal(unit.errors, 1);
+    assert_printed(&unit, "eye.scn:1:9: error: third [unexpected]\n"
+                          "    1 | let a = ;\n"
+                          "      |         ^\n");
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -314,6 +334,7 @@ int main(void)
         cmocka_unit_test(what_is_missing_is_marked_behind_the_last_character),
         cmocka_unit_test(control_characters_never_reach_the_terminal),
         cmocka_unit_test(reports_are_sorted_by_place_and_duplicates_dropped),
+        cmocka_unit_test(what_is_taken_back_was_never_said),
         cmocka_unit_test(after_twenty_errors_the_rest_is_counted),
         cmocka_unit_test(of_a_flood_only_the_count_is_kept),
         cmocka_unit_test(warnings_can_be_errors),
