@@ -344,7 +344,7 @@ static void report_use(Checker *c, Node *node)
 
 void modules_report_unused(Checker *c, Node *tree)
 {
-    if (c->unit->errors || !file_shows(tree)) return;
+    if (c->unit->errors > c->unit->promoted || !file_shows(tree)) return;
     for (Node *node = tree->a; node; node = node->next) {
         if (node->kind == NODE_USE) {
             report_use(c, node);

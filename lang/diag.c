@@ -157,6 +157,7 @@ Diag *diag(Unit *unit, Span span, DiagCode code, const char *format, ...)
     if (*place) return &list->discarded;
     Severity severity = severity_of(list, code);
     if (severity == SEVERITY_ERROR) unit->errors++;
+    if (severity == SEVERITY_ERROR && facts[code].severity == SEVERITY_WARNING) unit->promoted++;
     if (severity == SEVERITY_WARNING) unit->warnings++;
     if (list->kept[severity] >= DIAG_KEPT_MAX) return &list->discarded;
     list->kept[severity]++;

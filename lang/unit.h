@@ -21,6 +21,7 @@ typedef struct Unit {
     Names names; // interned: equal names are equal pointers
     Diagnostics diagnostics;
     int errors, warnings; // counted as they are reported
+    int promoted;         // of the errors those that are warnings by themselves: they hide nothing
     Lost lost;            // what mistakes have hidden
 
     // Options, set before parse().

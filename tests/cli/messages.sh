@@ -93,6 +93,10 @@ run 0 "$scn" check -W no-shadow warns.scn
 quiet err
 run 0 "$scn" check -Wno-shadow -Wshadow warns.scn
 says err '[shadow]'
+printf 'let idle = 3;\nobject sphere = box(1);\nscene { sphere; }\n' >both.scn
+run 1 "$scn" check -Werror both.scn
+says err '[unused]'
+says err '[shadow]'
 run 1 "$scn" check -Werror warns.scn
 says err 'error:'
 run 1 "$scn" check -Werror=shadow warns.scn
