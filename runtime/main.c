@@ -213,8 +213,25 @@ bool command_time(const Options *options, const ScnScene *scene, double *time, d
     return true;
 }
 
+// A model of one operation a line is no scene, but for those that say so in --help.
+static bool takes_files(const Options *options)
+{
+    CommandId command = options->command;
+    bool models = command == COMMAND_BUILD || command == COMMAND_SLICE || command == COMMAND_IMPORT;
+    bool files = command != COMMAND_EXPLAIN && command != COMMAND_DOC;
+    for (int k = 0; k < options->file_count && files && !models; k++) {
+        if (!command_is_model(options->files[k])) continue;
+        command_error(
+            "%s is no scene, but an expression of one operation a line: `scn import %s -o FILE.scn` makes one of it",
+            options->files[k], options->files[k]);
+        return false;
+    }
+    return true;
+}
+
 static int run_command(const Options *options)
 {
+    if (!takes_files(options)) return EXIT_USAGE;
     switch (options->command) {
     case COMMAND_RENDER:
     case COMMAND_RUN: return command_render(options);

@@ -146,6 +146,15 @@ static Region region_of(const ScnScene *scene, Span span)
     return (Region){begin.source ? begin.source->path : NULL, begin.line, begin.column, end.line, end.column};
 }
 
+static void set_place(ScnDiagnostic *diagnostic, const Region *at)
+{
+    diagnostic->path = at->path;
+    diagnostic->line = at->line;
+    diagnostic->column = at->column;
+    diagnostic->end_line = at->end_line;
+    diagnostic->end_column = at->end_column;
+}
+
 bool scn_diagnostic(const ScnScene *scene, int index, ScnDiagnostic *diagnostic)
 {
     static const char *const severities[] = {
@@ -155,11 +164,7 @@ bool scn_diagnostic(const ScnScene *scene, int index, ScnDiagnostic *diagnostic)
     *diagnostic =
         (ScnDiagnostic){.severity = severities[d->severity], .code = diag_code_name(d->code), .text = d->text};
     Region at = region_of(scene, d->span);
-    diagnostic->path = at.path;
-    diagnostic->line = at.line;
-    diagnostic->column = at.column;
-    diagnostic->end_line = at.end_line;
-    diagnostic->end_column = at.end_column;
+    set_place(diagnostic, &at);
     return true;
 }
 
@@ -172,11 +177,7 @@ bool scn_frame_diagnostic(const ScnScene *scene, ScnDiagnostic *diagnostic)
     Region at = scene->is_package ? (Region){0} : region_of(scene, span);
     const PackagePlace *place = at.path ? NULL : package_place(scene->package, span);
     if (place) at = (Region){place->path, place->line, place->column, place->line, place->column + 1};
-    diagnostic->path = at.path;
-    diagnostic->line = at.line;
-    diagnostic->column = at.column;
-    diagnostic->end_line = at.end_line;
-    diagnostic->end_column = at.end_column;
+    set_place(diagnostic, &at);
     return true;
 }
 

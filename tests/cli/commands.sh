@@ -152,6 +152,12 @@ if [ -c /dev/full ]; then
     says err 'standard output'
 fi
 
+# A model is imported first.
+printf '_0 var-x\n' >model.vm
+run 2 "$scn" render model.vm
+says err 'scn import model.vm'
+run 0 "$scn" import model.vm
+
 # Standard input has a name in messages.
 run 0 "$scn" check -
 says err '<stdin>:1'
