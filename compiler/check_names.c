@@ -29,6 +29,7 @@ static void table_grow(Checker *c)
     NameEntry *old = c->entries;
     uint32_t capacity = c->capacity;
     c->capacity = capacity ? capacity * 2 : 1024;
+    while (!capacity && c->capacity < 2 * c->unit->names.count + 1024) c->capacity *= 2; // what was read can be defined
     c->entries = arena_array(&c->scratch, NameEntry, c->capacity);
     c->count = 0;
     for (uint32_t i = 0; i < capacity; i++) {

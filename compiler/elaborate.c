@@ -563,6 +563,7 @@ static Ir *evaluate(Unit *unit, Node *tree, ElaborateOptions *options, size_t st
     Eval *e = &evaluator;
     Shown shown = {.camera = value_node(TYPE_CAMERA, 0), .background = value_node(TYPE_BACKGROUND, 0)};
     options->wrong = NULL;
+    ir_reserve(e->ir, (uint32_t)(unit->tree_arena.used / sizeof(Node))); // most of a tree become one node each
     e->prints_end = &e->prints;
     list_params(e);
     check_defines(e);

@@ -69,6 +69,15 @@ Ir *ir_new(Arena *arena)
     return ir;
 }
 
+void ir_reserve(Ir *ir, uint32_t nodes)
+{
+    enum { OPERANDS = 4 }; // of a node, where transformed quadrics are most of a scene
+    if (nodes > UINT32_MAX / OPERANDS) return;
+    ir->nodes = grown(ir->arena, ir->nodes, ir->count, &ir->capacity, nodes, sizeof *ir->nodes);
+    ir->operands = grown(ir->arena, ir->operands, ir->operand_count, &ir->operand_capacity, nodes * OPERANDS,
+                         sizeof *ir->operands);
+}
+
 // --- hash-consing
 
 static bool is_shared(IrType type)

@@ -135,6 +135,8 @@ typedef struct Ir {
 } Ir;
 
 Ir *ir_new(Arena *arena);
+// Room for so many nodes, which spares the copies of arrays that grow. Memory that is not used is not touched.
+void ir_reserve(Ir *ir, uint32_t nodes);
 
 // Makes a node from operands, typed by ops.def: rate and class follow from the operands. `operands` may not point into
 // ir->operands.
