@@ -172,13 +172,13 @@ Type check_symbol_value(Checker *c, Symbol *symbol, const Node *node)
              first_public(symbol->opens));
         return poison();
     case SYMBOL_CALLABLE:
-        if (lost_parameter(c->unit, node->name))
-            return poison(); // a parameter of that name was skipped, with a message
+        if (lost_definition(c->unit, node->name)) return poison(); // what was skipped, with a message, had it
         diag(c->unit, node->span, DIAG_TYPE_MISMATCH,
              "%s is called with arguments, as %s%s%s(…): it is not a value by itself", node->name,
              node->kind == NODE_MEMBER ? node->a->name : "", node->kind == NODE_MEMBER ? "." : "", node->name);
         return poison();
     case SYMBOL_CONSTANT:
+        if (lost_definition(c->unit, node->name)) return poison();
         if (builtins[symbol->id].since == SINCE_LATER) {
             diag(c->unit, node->span, DIAG_NOT_YET, "%s is not there yet in this version of scn", node->name);
             return poison();

@@ -226,6 +226,11 @@ Node *build_type_first(Parser *p, Span span, Name type, Span type_span, Name nam
         diag_fix(p->unit, missing, (Span){type_span.end, type_span.end}, FIX_SURE, ":");
         return build_parameter(p, span, type, type_span, build_type(p, name_span, name, NULL), NULL, NULL);
     }
+    if (type == name) { // fn f(size size: scalar)
+        Diag *twice = diag(p->unit, name_span, DIAG_UNEXPECTED, "%s stands twice: remove one", name);
+        diag_fix(p->unit, twice, name_span, FIX_LIKELY, "%s", "");
+        return build_parameter(p, span, name, name_span, build_error(p, name_span, NULL), NULL, NULL);
+    }
     bool c_type = strcmp(type, "float") == 0 || strcmp(type, "double") == 0;
     const char *ours = c_type ? "scalar" : type;
     Diag *d = diag(p->unit, span, DIAG_MISSING_TYPE, "the type of a parameter stands behind its name: write %s: %s",

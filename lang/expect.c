@@ -121,6 +121,8 @@ static bool is_binary_operator(int code)
 
 // Words that begin an item in other languages, and what is written here. They may be names in a scene, so they count only where the
 // text cannot go on.
+static const char let_advice[] = "a name gets its value by let: write let a = …;"; // only where an item begins
+
 static const struct {
     const char *words, *advice;
 } foreign_words[] = {
@@ -132,7 +134,7 @@ static const struct {
     {" repeat loop foreach ", "a for walks a range or a list: write for i in 0..5 { … }"},
     {" while until do ",
      "values do not change, so nothing is done until they do: a for walks a range or a list, for i in 0..5 { … }"},
-    {" var const local set auto double float real int scalar ", "a name gets its value by let: write let a = …;"},
+    {" var const local set auto double float real int scalar ", let_advice},
     {" version ", "the version of the language is said by scn 1; in the first line"},
     {" elif elsif elseif ", "another condition is written } else if a { … }"},
     {" switch case when ", "a choice by value is written match(v) { 1: a; 2: b; }"},
@@ -145,7 +147,7 @@ static bool goes_on(char c)
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_';
 }
 
-static const char *advice_for(const char *text, const char *end)
+static const char *advice_for(const char *text, const char *end, bool begins)
 {
     size_t length = 0;
     while (text + length < end && goes_on(text[length])) length++;
@@ -153,6 +155,7 @@ static const char *advice_for(const char *text, const char *end)
     if (length == 0 || length > sizeof padded - 3) return NULL;
     snprintf(padded, sizeof padded, " %.*s ", (int)length, text);
     for (size_t i = 0; i < sizeof foreign_words / sizeof *foreign_words; i++) {
+        if (foreign_words[i].advice == let_advice && !begins) continue;
         if (strstr(foreign_words[i].words, padded)) return foreign_words[i].advice;
     }
     return NULL;
@@ -180,11 +183,11 @@ static bool report_foreign_word(Parser *p, const Token *found)
     const Bracket *b = &f->stack[f->last_opened && f->depth > 0 ? f->depth - 1 : f->depth];
     bool items = b->closer == '}' || b->closer == TOK_YYEOF;
     const char *end = p->source->text + p->source->length;
-    const char *advice = advice_for(text_at(p, found->span.begin), end);
+    const char *advice = advice_for(text_at(p, found->span.begin), end, items);
     Span at = found->span;
     if (!advice && items && b->item_begin && b->item_begin < found->span.begin && found->code != '}') {
         at.begin = b->item_begin;
-        advice = advice_for(text_at(p, at.begin), end);
+        advice = advice_for(text_at(p, at.begin), end, true);
         at.end = at.begin;
         while (goes_on(*text_at(p, at.end))) at.end++;
     }
@@ -312,6 +315,11 @@ static bool report_comma(Parser *p, const Token *found, const Expected *e)
         return true;
     }
     if (report_pointed_vector(p, found)) return true;
+    Span stray;
+    if (filter_leads_to_stray(&p->filter, found, &stray)) {
+        filter_report_stray(&p->filter, stray);
+        return true;
+    }
     diag(p->unit, found->span, DIAG_UNEXPECTED,
          "each value ends with `;`; several in one are a vector (0, 0, 5), a list [0, 0, 5], or what a call takes: "
          "f(0, 0, 5)");

@@ -192,13 +192,14 @@ static bool comma_for_semicolon(Filter *f)
     return peek(f, 1)->code == '}' || (peek(f, 1)->code == TOK_NAME && peek(f, 2)->code == ':');
 }
 
-// True if the line goes on to a ) or ] that closes nothing: then the one that opens was forgotten, and the commas are what stood in it.
-static bool leads_to_stray(const Filter *f, const Token *comma)
+bool filter_leads_to_stray(const Filter *f, const Token *comma, Span *stray)
 {
     const Source *source = f->scanner->source;
     int depth = 0;
     for (const char *at = source->text + (comma->span.end - source->base); !strchr(";{}\"\n", *at); at++) {
         depth += (*at == '(' || *at == '[') - (*at == ')' || *at == ']');
+        uint32_t place = source->base + (uint32_t)(at - source->text);
+        *stray = (Span){place, place + 1};
         if (depth < 0) return true;
         if (at[0] == '/' && at[1] == '/') break;
     }
@@ -209,7 +210,8 @@ static Token take_comma(Filter *f)
 {
     Token comma = take(f);
     comma.code = ';';
-    if (leads_to_stray(f, &comma)) return comma;
+    Span stray;
+    if (filter_leads_to_stray(f, &comma, &stray)) return comma;
     Diag *d = diag(f->unit, comma.span, DIAG_MISSING_SEMICOLON,
                    "what stands in a block ends with `;`: write it instead of `,`");
     diag_fix(f->unit, d, comma.span, FIX_SURE, ";");
@@ -274,7 +276,7 @@ static Token open_bracket(Filter *f, Token token, int closer)
 }
 
 // A closing mark that closes nothing. Behind a } of that kind all is outside of the block that it was meant for.
-static void report_stray(Filter *f, Span span)
+void filter_report_stray(Filter *f, Span span)
 {
     char closer = f->scanner->source->text[span.begin - f->scanner->source->base];
     Diag *d = diag(f->unit, span, DIAG_STRAY_BRACKET, "no %s is open here that this %s would close: remove it",
@@ -287,7 +289,7 @@ static Token close_bracket(Filter *f, Token token)
 {
     Bracket *b = innermost(f);
     bool written = token.span.end > token.span.begin;
-    if (written && b->stray.end) report_stray(f, b->stray);
+    if (written && b->stray.end) filter_report_stray(f, b->stray);
     if (token.code == '}' && written) note_suspect(f, b->open, token.span);
     token.code = b->closer;
     f->depth--;
@@ -383,7 +385,7 @@ static bool close_other(Filter *f, Token *given)
         b->stray = next.span; // whether it was meant to close this bracket is seen when that is closed
         return false;
     }
-    report_stray(f, next.span);
+    filter_report_stray(f, next.span);
     return false;
 }
 
@@ -407,8 +409,10 @@ static void name_reserved_word(Filter *f)
     if (!wanted && next->code != TOK_TRUE && next->code != TOK_FALSE) {
         int after = peek(f, 1)->code;
         const Bracket *b = innermost(f);
-        bool nameless_let = next->code == TOK_LET && holds_items(b) && b->item_words == 0; // `let = 3;` lacks its name
-        wanted = (after == '=' && !nameless_let) || (after == ':' && next->code != TOK_ELSE);
+        bool first = holds_items(b) && (b->item_words == 0 || (before == '}' && b->headers == 0));
+        bool nameless = first && (next->code == TOK_LET || next->code == TOK_PARAM); // `let = 3;` lacks its name
+        bool entry = after == ':' && next->code != TOK_ELSE && (!nameless || b->closer == '}');
+        wanted = (after == '=' && !nameless) || entry;
         bool second = holds_items(b) && b->item_words == 1 && before == TOK_NAME;
         bool goes_on = next->code == TOK_AND || next->code == TOK_OR; // a or { b }
         wanted = wanted || (second && !goes_on && after == '{' && next->code != TOK_IF && next->code != TOK_NOT);

@@ -57,6 +57,10 @@ void filter_recover(Filter *filter);
 // True if nothing but space and closing marks stands between the token and what was reported before it: the same mistake, met once more.
 bool filter_goes_on_wrong(const Filter *filter, const Token *token);
 
+// True if the line goes on to a ) or ] that closes nothing: then the one that opens was forgotten, and the commas are what stood in it.
+bool filter_leads_to_stray(const Filter *filter, const Token *comma, Span *stray);
+void filter_report_stray(Filter *filter, Span span);
+
 // True if the innermost bracket takes arguments as its entries (the block of a call or declaration), false for
 // the file and for bodies.
 bool filter_in_arguments(const Filter *filter);

@@ -64,7 +64,10 @@ void lost_text(Unit *unit, Span span)
         if (!is_letter(*begin)) continue;
         Name name = name_of(&unit->names, begin, (size_t)(p - begin));
         lost_add(unit, name);
-        if (p < end && *p == ':') set_add(&unit->arena, &unit->lost.typed, name);
+        const char *mark = p;
+        while (mark < end && *mark == ' ') mark++;
+        bool defined = mark < end && (*mark == ':' || (*mark == '=' && mark[1] != '='));
+        if (defined) set_add(&unit->arena, &unit->lost.defined, name);
     }
 }
 
@@ -109,7 +112,7 @@ bool lost_name(const Unit *unit, Name name)
     return lost->files || lost->shape || set_has(&lost->words, name);
 }
 
-bool lost_parameter(const Unit *unit, Name name)
+bool lost_definition(const Unit *unit, Name name)
 {
-    return set_has(&unit->lost.typed, name);
+    return set_has(&unit->lost.defined, name);
 }

@@ -27,8 +27,8 @@ typedef struct Lost {
         read; // the parser is done: what is reported in a line of `lines` from now on follows from what was wrong with its shape
     Span *lines; // that the parser could not make sense of
     uint32_t line_count, line_capacity;
-    NameSet words; // of texts that were skipped
-    NameSet typed; // those of them with a colon behind, as parameters have it
+    NameSet words;   // of texts that were skipped
+    NameSet defined; // those of them with a colon or `=` behind, as parameters and definitions have it
 } Lost;
 
 // A stretch of a source was skipped, with a report: the words in it may be names that it defined.
@@ -46,7 +46,7 @@ void lost_add(struct Unit *unit, Name name);
 // True if a name that means nothing here may have been defined by what was lost.
 bool lost_name(const struct Unit *unit, Name name);
 
-// True if what was lost may have defined a parameter of that name: then what is built in under it is not meant.
-bool lost_parameter(const struct Unit *unit, Name name);
+// True if what was lost may have been a definition of that name: then what is built in under it is not meant.
+bool lost_definition(const struct Unit *unit, Name name);
 
 #endif

@@ -118,7 +118,7 @@ names: NAME                                             { $$ = list_of(build_nam
 parameters: '(' ')'                                     { $$ = list_of(NULL); }
     | '(' more_parameters ')'                           { $$ = $2; }
     | '(' more_parameters ',' ')'                       { $$ = $2; }
-    | '(' error ')'                                     { yyerrok; $$ = list_of(build_error(p, @2, NULL)); }
+    | '(' error ')'                                     { yyerrok; $$ = list_of(build_error(p, @$, NULL)); }
     ;
 
 more_parameters: parameter                              { $$ = list_of($1); }
