@@ -201,6 +201,25 @@ static void report_cycle(Loader *l, const Node *node, const Loaded *file)
          file->source->path);
 }
 
+static void report_missing(Unit *unit, Folders folders, const Node *node)
+{
+    const char *wanted = node->text;
+    bool absolute = wanted[0] == '/';
+    struct stat status;
+    for (int i = 0; i < (absolute ? 1 : folders.count); i++) {
+        if (stat(join(unit, folders.list[i], wanted), &status) != 0 || !S_ISDIR(status.st_mode)) continue;
+        diag(unit, node->name_span, DIAG_INCLUDE_MISSING, "%s is a folder: name a file in it, as %s/parts.scn", wanted,
+             wanted);
+        return;
+    }
+    const char *near = nearest_file(unit, folders, wanted);
+    const char *in = absolute ? "" : " in ", *where = absolute ? "" : folder_list(unit, folders);
+    const char *help = near ? ": write " : absolute ? ": look for its place" : ": give its folder with -I";
+    Diag *d = diag(unit, node->name_span, DIAG_INCLUDE_MISSING, "there is no %s%s%s%s%s", wanted, in, where, help,
+                   near ? near : "");
+    if (near) diag_fix(unit, d, node->name_span, FIX_LIKELY, "\"%s\"", near);
+}
+
 static void include(Loader *l, const Loaded *from, Node *node)
 {
     Unit *unit = l->unit;
@@ -213,11 +232,7 @@ static void include(Loader *l, const Loaded *from, Node *node)
     const char *path;
     struct stat status;
     if (!find(unit, folders, node->text, &path, &status)) {
-        const char *near = nearest_file(unit, folders, node->text);
-        const char *where = node->text[0] == '/' ? "there" : folder_list(unit, folders);
-        Diag *d = diag(unit, node->name_span, DIAG_INCLUDE_MISSING, "there is no %s in %s%s%s", node->text, where,
-                       near ? ": write " : ": give its folder with -I", near ? near : "");
-        if (near) diag_fix(unit, d, node->name_span, FIX_LIKELY, "\"%s\"", near);
+        report_missing(unit, folders, node);
         return;
     }
     Loaded *file = loaded_file(l, &status, from->root);
