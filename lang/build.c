@@ -468,8 +468,10 @@ Node *build_vector(Parser *p, Span span, NodeList parts)
     int count = 0;
     for (Node *part = parts.first; part; part = part->next) {
         if (++count != 3 || !part->next) continue;
-        diag(p->unit, span_join(part->next->span, parts.last->span), DIAG_VECTOR_SIZE,
-             "a vector has two or three components; a list of any length is written [a, b, c, d]");
+        Span more = span_join(part->next->span, parts.last->span);
+        if (!lost_in_line(p->unit, more)) // else a bracket of the line is not where it was meant to be
+            diag(p->unit, more, DIAG_VECTOR_SIZE,
+                 "a vector has two or three components; a list of any length is written [a, b, c, d]");
         part->next = NULL;
     }
     Node *node = start(p, NODE_VECTOR, span);

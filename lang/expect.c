@@ -204,6 +204,15 @@ static bool has_mark(const Expected *e, const char *mark)
     return false;
 }
 
+// True if the line goes on to a } that closes nothing in it.
+static bool leads_to_brace(const Parser *p, const Token *found)
+{
+    int depth = 0;
+    for (const char *at = text_at(p, found->span.begin); *at && *at != '\n' && depth >= 0; at++)
+        depth += (*at == '{') - (*at == '}');
+    return depth < 0;
+}
+
 // Behind a name, where two of them are a declaration: `sphere 1`, `object a: b`, `object my-ball`.
 static bool report_after_names(Parser *p, const Token *found, const Expected *e)
 {
@@ -249,6 +258,12 @@ static bool report_after_names(Parser *p, const Token *found, const Expected *e)
     if (found->code == ':' && same) {
         Diag *d = diag(p->unit, name, DIAG_UNEXPECTED, "%.*s stands twice: remove one", length, text);
         diag_fix(p->unit, d, name, FIX_LIKELY, "%s", "");
+        return true;
+    }
+    if (found->code == ':' && has_mark(e, "{") && first.end > first.begin && leads_to_brace(p, found)) {
+        Diag *d = diag(p->unit, name, DIAG_UNEXPECTED, "what %.*s takes stands in a block: write { before this",
+                       (int)(first.end - first.begin), text_at(p, first.begin));
+        diag_fix(p->unit, d, (Span){name.begin, name.begin}, FIX_LIKELY, "{ ");
         return true;
     }
     if (found->code == ':' && has_mark(e, "{")) {
@@ -498,6 +513,7 @@ void report_unexpected(Parser *p, const Token *found, const int *expected, int c
     if (again) return;
     if (p->filter.semicolon) diag_take_back(p->unit, p->filter.semicolon); // something else was missing
     Expected e = gather(expected, count);
+    if (has_mark(&e, "{") && found->code != TOK_YYEOF) filter_forgive_brace(&p->filter);
     if (report_known(p, found, &e)) return;
     char wanted[256], here[64];
     describe(&e, wanted, sizeof wanted);

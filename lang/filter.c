@@ -293,6 +293,7 @@ static Token close_bracket(Filter *f, Token token)
     if (token.code == '}' && written) note_suspect(f, b->open, token.span);
     token.code = b->closer;
     f->depth--;
+    if (token.code == '}') innermost(f)->opened += b->opened; // the } was meant for what lacks its {
     return token;
 }
 
@@ -311,6 +312,7 @@ static void report_unclosed(Filter *f, Span at, const char *what)
                    closer_text(b->closer));
     diag_label(f->unit, d, at, "it should be closed before %s", what);
     diag_fix(f->unit, d, (Span){f->last.span.end, f->last.span.end}, FIX_LIKELY, "%s", closer_text(b->closer));
+    f->wrong_end = f->last.span.end;
 }
 
 // The end of the file closes everything, in one message: by the indentation, or else for the innermost.
@@ -378,6 +380,11 @@ static bool close_other(Filter *f, Token *given)
     take(f);
     if (b->forgiven > 0 && next.code != '}') {
         b->forgiven--; // its bracket was closed above, with a message
+        return false;
+    }
+    if (b->opened > 0 && next.code == '}') {
+        b->opened--;
+        f->unit->lost.shape = true;
         return false;
     }
     if (f->skipping) return false; // what is skipped has its message
@@ -632,6 +639,11 @@ bool filter_goes_on_wrong(const Filter *f, const Token *token)
     const char *at = source->text + (wrong - source->base), *end = source->text + (token->span.begin - source->base);
     while (at < end && strchr(" \t)]", *at)) at++;
     return at == end;
+}
+
+void filter_forgive_brace(Filter *f)
+{
+    f->stack[f->last_opened && f->depth > 0 ? f->depth - 1 : f->depth].opened++;
 }
 
 bool filter_in_arguments(const Filter *f)

@@ -24,6 +24,7 @@ typedef struct Bracket {
     bool is_body;        // opened by TOK_BODY or the body of a function: no arguments in it
     Span stray;          // the first mark in it that closes nothing
     int forgiven;        // closers of ( or [ that were put in here because they were missing
+    int opened;          // { that were missing in it, with a message: their } close nothing
     Diag *semicolon;     // the first that was reported to be missing in it
 } Bracket;
 
@@ -60,6 +61,9 @@ bool filter_goes_on_wrong(const Filter *filter, const Token *token);
 // True if the line goes on to a ) or ] that closes nothing: then the one that opens was forgotten, and the commas are what stood in it.
 bool filter_leads_to_stray(const Filter *filter, const Token *comma, Span *stray);
 void filter_report_stray(Filter *filter, Span span);
+
+// The parser has found that a { is missing before the last token: its } is no second mistake.
+void filter_forgive_brace(Filter *filter);
 
 // True if the innermost bracket takes arguments as its entries (the block of a call or declaration), false for
 // the file and for bodies.

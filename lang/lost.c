@@ -95,15 +95,20 @@ void lost_line(Unit *unit, Span span)
     lost_text(unit, line);
 }
 
-bool lost_report(const Unit *unit, Span span)
+bool lost_in_line(const Unit *unit, Span span)
 {
     const Lost *lost = &unit->lost;
-    if (span.begin >= lost->silent.begin && span.begin < lost->silent.end) return true;
-    if (!lost->read) return false;
     for (uint32_t k = 0; k < lost->line_count; k++) {
         if (span.begin >= lost->lines[k].begin && span.begin < lost->lines[k].end) return true;
     }
     return false;
+}
+
+bool lost_report(const Unit *unit, Span span)
+{
+    const Lost *lost = &unit->lost;
+    if (span.begin >= lost->silent.begin && span.begin < lost->silent.end) return true;
+    return lost->read && lost_in_line(unit, span);
 }
 
 bool lost_name(const Unit *unit, Name name)

@@ -37,6 +37,9 @@ void lost_text(struct Unit *unit, Span span);
 // The line of a place makes no sense as it stands: its words may be names, too, that it was to define.
 void lost_line(struct Unit *unit, Span span);
 
+// True if the line of a place is one that makes no sense.
+bool lost_in_line(const struct Unit *unit, Span span);
+
 // True if a report at a place would only follow from what was lost.
 bool lost_report(const struct Unit *unit, Span span);
 
