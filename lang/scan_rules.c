@@ -425,13 +425,18 @@ int scan_point_number(Scanner *s, uint32_t at, uint32_t length)
     const char *text = s->source->text + at;
     Span span = scan_span(s, at, length);
     bool touches = s->any_word && s->last_end == at;
-    bool after_operand = s->last_code == TOK_NAME || s->last_code == TOK_INT || s->last_code == TOK_REAL ||
-                         s->last_code == ')' || s->last_code == ']';
+    bool after_operand =
+        s->last_code == TOK_NAME || s->last_code == TOK_INT || s->last_code == ')' || s->last_code == ']';
+    if (touches && s->last_code == TOK_REAL) {
+        diag(s->unit, span, DIAG_NUMBER_FORM, "a number has one point: write `,` or an operator before 0%.*s",
+             (int)length, text);
+        return scan_word(s, TOK_SCN_YYerror, at, length);
+    }
     if (touches && after_operand) {
         Diag *d =
             diag(s->unit, span, DIAG_NUMBER_FORM, "after a point stands a name; an element of a list is written [%.*s]",
                  (int)length - 1, text + 1);
-        if (s->last_code != TOK_REAL) diag_fix(s->unit, d, span, FIX_GUESS, "[%.*s]", (int)length - 1, text + 1);
+        diag_fix(s->unit, d, span, FIX_GUESS, "[%.*s]", (int)length - 1, text + 1);
         return scan_word(s, TOK_SCN_YYerror, at, length);
     }
     Diag *d = diag(s->unit, span, DIAG_NUMBER_FORM, "a digit stands on both sides of the point: write 0%.*s",
