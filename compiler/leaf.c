@@ -200,6 +200,14 @@ IrId leaf_negate(Ir *ir, IrId core)
     return changed_core(ir, core, negated, negated_perturbation, 0);
 }
 
+IrId leaf_marked(Ir *ir, Span span, IrId leaf, IrId paint, IrId shown, IrId named)
+{
+    if (paint) leaf = ir_op2(ir, OP_PAINT, span, leaf, paint);
+    if (shown) leaf = ir_op2(ir, OP_SHOW, span, leaf, shown);
+    if (!named) return leaf;
+    return ir_node_text(ir, OP_NAMED, ir_at(ir, named)->span, &leaf, 1, ir_at(ir, named)->text);
+}
+
 IrId leaf_unless_all(Ir *ir, IrId core, IrId condition)
 {
     if (leaf_is_thick(ir, core)) return changed_side(ir, core, unless_all, condition);

@@ -39,6 +39,9 @@ IrId leaf_mark_all(Ir *ir, IrId core, IrId condition);
 enum { LEAF_MATERIAL_PARTS = 11 };
 extern const double leaf_default_material[LEAF_MATERIAL_PARTS];
 
+// The leaf with its paint, the condition under which it is there and its NAMED node's name; each may be 0.
+IrId leaf_marked(Ir *ir, Span span, IrId leaf, IrId paint, IrId shown, IrId named);
+
 // The core, or the thick patch, where the condition holds, else F = 1 everywhere: all of space.
 IrId leaf_unless_all(Ir *ir, IrId leaf, IrId condition);
 

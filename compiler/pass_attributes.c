@@ -126,10 +126,7 @@ static IrId leaf(Ir *ir, IrId id, Context c)
     }
     if (c.negative) id = leaf_negate(ir, id);
     if (c.high) id = c.morphed ? leaf_mark_all(ir, id, c.high) : leaf_unless_all(ir, id, c.high);
-    if (c.paint) id = ir_op2(ir, OP_PAINT, span, id, c.paint);
-    if (c.low) id = ir_op2(ir, OP_SHOW, span, id, c.low);
-    if (!c.name) return id;
-    return ir_node_text(ir, OP_NAMED, ir_at(ir, c.name)->span, &id, 1, ir_at(ir, c.name)->text);
+    return leaf_marked(ir, span, id, c.paint, c.low, c.name);
 }
 
 static IrId set(Walk *walk, IrId id, uint32_t context)

@@ -99,10 +99,7 @@ static IrId leaf_of(Ir *ir, Span span, Part part)
         part.high = 0;
     }
     IrId id = part.high ? leaf_mark_all(ir, part.core, part.high) : part.core;
-    if (part.paint) id = ir_op2(ir, OP_PAINT, span, id, part.paint);
-    if (part.low) id = ir_op2(ir, OP_SHOW, span, id, part.low);
-    if (!part.name) return id;
-    return ir_node_text(ir, OP_NAMED, ir_at(ir, part.name)->span, &id, 1, ir_at(ir, part.name)->text);
+    return leaf_marked(ir, span, id, part.paint, part.low, part.name);
 }
 
 // --- numbers
